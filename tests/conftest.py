@@ -14,6 +14,7 @@ import pytest
 
 import environment
 import kernel_tests
+import loaded_once
 import tiers
 from patience import PATIENCE
 from warpmuscle.scene import trusted_code
@@ -103,6 +104,7 @@ def pytest_collectstart(collector: pytest.Collector) -> None:
 
 def pytest_collection_finish() -> None:
     """Look for garbage from then on, but not among these, and seldom: most of what tests make goes without it."""
+    loaded_once.start()
     gc.freeze()
     gc.set_threshold(20_000, 20)
     gc.enable()

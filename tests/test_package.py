@@ -14,24 +14,10 @@ from setuptools import find_packages
 
 import warpmuscle as wm
 from patience import PATIENCE
+from user_file import KNOWN, USER_FILE
 from warpmuscle.formats import scene_names
 
 ROOT = Path(__file__).parents[1]
-USER_FILE = """import warpmuscle as wm
-from warpmuscle.kernels.muscle.muscle import fibre_force
-scene = wm.load("walk56")
-reveal_type(scene)
-reveal_type(scene.duration)
-print(fibre_force)
-one, both = wm.inverse_dynamics("m.osim", "a.mot"), wm.inverse_dynamics("m.osim", ["a.mot", "b.mot"])
-print(one.of("knee"), both[1].values, wm.joint_reactions("m.osim", "a.mot").columns())
-print(wm.static_optimization("m.osim", "a.mot", power=3).activation, wm.track("m.osim", "a.mot", ground=True).rms)
-print([run.rms for run in wm.track("m.osim", ("a.mot", "b.mot"))])
-found = wm.read("effort.h5")
-print(found.to_xarray().best_cost, found.to_dataframe(candidates=True), found.run("a").replays[0].com)
-print(found.replays[0].to_xarray(), found.evaluations, found.best.cost)
-wm.best_scene(found), wm.show(found), print(found.run(found.best), wm.read("effort.h5", "a").plot("angles"))
-"""
 
 
 def warpmuscle(*words: str, **variables: str) -> subprocess.CompletedProcess[str]:
@@ -97,17 +83,31 @@ def test_the_first_clone_on_the_path_brings_its_own_kernels(tmp_path: Path):
     assert done.stdout.count(str(copied)) == 2, done.stdout + done.stderr
 
 
-@pytest.mark.parametrize("checker", ["mypy", "pyright"])
-def test_a_type_checker_of_a_user_knows_the_types_of_what_is_installed(checker: str, tmp_path: Path):
-    pytest.importorskip(checker, reason=f"no {checker}: pip install {checker}")
+def test_mypy_finds_the_types_of_what_is_installed(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    """From any folder, in the package and its kernels; what it knows of them is shown in test_style.py."""
+    finder = pytest.importorskip("mypy.modulefinder", reason="no mypy: pip install mypy")
+    options = pytest.importorskip("mypy.options").Options()
+    monkeypatch.chdir(tmp_path)
+    folders = [folder for some in finder.get_search_dirs(sys.executable) for folder in some]
+    found = finder.FindModuleCache(finder.SearchPaths((), (), tuple(folders), ()), None, options)
+    for name, file in (("warpmuscle", "__init__.py"), ("warpmuscle.kernels.muscle.muscle", "kernels/muscle/muscle.py")):
+        assert found.find_module(name) == str(ROOT / "warpmuscle" / file)  # else why not, as without py.typed
+    (tmp_path / "typeless").mkdir()
+    (tmp_path / "typeless" / "__init__.py").touch()
+    other = finder.FindModuleCache(finder.SearchPaths((), (), (str(tmp_path),), ()), None, options)
+    assert not isinstance(other.find_module("typeless"), str)
+
+
+def test_pyright_of_a_user_knows_the_types_of_what_is_installed(tmp_path: Path):
+    pytest.importorskip("pyright", reason="no pyright: pip install pyright")
     (tmp_path / "mine.py").write_text(USER_FILE)
-    own = ["--pythonpath", sys.executable] if checker == "pyright" else []  # else it asks the `python` of the path
-    command = [sys.executable, "-m", checker, *own, "mine.py"]
+    own = ["--pythonpath", sys.executable]  # else it asks the `python` of the path
+    command = [sys.executable, "-m", "pyright", *own, "mine.py"]
     done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, timeout=PATIENCE)
     told = done.stdout + done.stderr
     assert done.returncode == 0, told
-    assert re.search(r"mine\.py:4\b.*\bScene\b", told), told
-    assert re.search(r"mine\.py:5\b.*\bfloat\b", told), told
+    for line in KNOWN:
+        assert re.search(line, told), told
 
 
 def test_python_runs_the_package_and_it_tells_its_version():

@@ -1,14 +1,18 @@
 """A gait that is imitated: what its own controller does earns nearly all, and the clock stands as the gait does."""
 
+import dataclasses
+from dataclasses import fields
+
 import msgspec
 import numpy as np
 import pytest
 
+from person_walk import SCENE, as_of_policy
 from small_result import no_parameters
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.errors import Error
+from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.core.pose import conjugate, rotate
-from warpmuscle.formats import toml
+from warpmuscle.formats import load, toml
 from warpmuscle.gait.foot_contact import touch_downs
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length, trend
 from warpmuscle.kernels.learning.rewards import FORCE, IMITATION, TERMS
@@ -18,7 +22,10 @@ from warpmuscle.learning.imitation import (
     CARRYING,
     SPEEDS,
     Gait,
+    gait_kept,
     gait_of,
+    kept,
+    measured_gait,
     recorded_gait,
     run_from,
     seen_time,
@@ -33,12 +40,15 @@ from warpmuscle.learning.symmetry import BodySymmetry
 from warpmuscle.results.partial_motion import reduced
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import write
+from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import ImitatedRun
 from warpmuscle.scene.norms import IMITATED, LEG_ANGLES, PERCENT_OF_BIN, WALKING, is_run, running_force, walking_force
+from warpmuscle.scene.objective import Objective
+from warpmuscle.scene.parameters import at_start
 from warpmuscle.simulation.rollout import Rollout
 
-SCENE = "walk56_person"
+replace = msgspec.structs.replace
 NOTHING = dict.fromkeys(TERMS, 0.0)
 
 
@@ -49,7 +59,7 @@ def batch() -> EpisodeBatch:
         observations={"clock": Sense(), "coordinates": Sense()}, imitation=Imitation(norm="Fukuchi 2018"),
         rewards=rewards, symmetric=True, variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    return EpisodeBatch(SCENE, 12, "cpu", task, threads=1)
+    return EpisodeBatch(as_of_policy(), 12, "cpu", task, threads=1)
 
 
 @pytest.fixture(scope="module")
@@ -94,6 +104,48 @@ def test_both_sides_of_an_even_gait_are_each_others_images(walker: Rollout):
         np.testing.assert_allclose(
             even.coordinate[:, names.index(name)], sign * later[:, names.index(other)], atol=1e-6, err_msg=name
         )
+
+
+def test_a_kept_gait_is_the_measured_one_for_its_scene_alone(walker: Rollout):
+    imitation = Imitation(settle=1.0, norm="key points")
+    measured = measured_gait(walker.recording().window(0.0, seen_time(imitation)), walker, imitation)
+    found = kept(measured, walker.scene, imitation)
+    again = gait_kept(found, walker, imitation)
+    for field in fields(Gait):
+        np.testing.assert_array_equal(getattr(again, field.name), getattr(measured, field.name))
+    assert gait_kept(found, walker, replace(imitation, cycle_time=1.3, norm="")) is not None
+    assert gait_kept(found, walker, replace(imitation, settle=2.0)) is None
+    assert gait_kept(found, walker, None) is gait_kept(None, walker, imitation) is None
+
+    def fits(changed: Scene) -> bool:
+        return kept(measured, changed, imitation).scene == found.scene
+
+    scene = walker.scene
+    same = replace(
+        scene, name="x", duration=3.0, learning=Task(), objective=Objective(speed=2.0),
+        failure=replace(scene.failure, heading=0.0),
+    )  # fmt: skip
+    assert fits(same)
+    assert fits(at_start(scene))
+    assert not fits(replace(scene, gravity=9.81))
+    weaker = load(SCENE)
+    weaker.character.muscles["lVAS"].f_max *= 0.5
+    assert not fits(weaker)
+    assert kept(measured, replace(scene, custom_controller="mine:steer"), imitation) is None
+    initial = replace(scene.initial_state, file="start.h5")
+    assert kept(measured, replace(scene, initial_state=initial), imitation) is None
+
+
+def test_a_kept_gait_that_says_it_fits_and_does_not_is_refused_in_one_line(walker: Rollout, gait: Gait):
+    imitation = Imitation(settle=1.0)
+    found = kept(gait, walker.scene, imitation)
+    less = dataclasses.replace(found, coordinate=found.coordinate[:, 1:])
+    with pytest.raises(RolloutError, match=r"damaged policy: its gait has \d+ coordinates in 100 frames") as caught:
+        gait_kept(less, walker, imitation)
+    assert "\n" not in str(caught.value)
+    longer = dataclasses.replace(found, coordinate=2.0 * found.coordinate)
+    with pytest.raises(RolloutError, match=r"quaternions at \w+\.q\w whose length is not 1"):
+        gait_kept(longer, walker, imitation)
 
 
 @pytest.mark.parametrize("norm", IMITATED, ids=lambda norm: norm.source)
@@ -152,7 +204,7 @@ def by_speed() -> EpisodeBatch:
         imitation=Imitation(norm="key points", moving=True, cycle_time=1.03, cadence_power=0.58),
         variation=Variation(start_states=12, start_after=0.0, velocity_noise=0.0),
     )  # fmt: skip
-    return EpisodeBatch(SCENE, 12, "cpu", task, threads=1)
+    return EpisodeBatch(as_of_policy(), 12, "cpu", task, threads=1)
 
 
 def test_the_clock_runs_as_people_step_at_the_wanted_speed(by_speed: EpisodeBatch):

@@ -3,12 +3,11 @@
 import msgspec
 import pytest
 
+from person_walk import SCENE, as_of_policy
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
 from warpmuscle.learning import EpisodeBatch, Imitation, Task
 from warpmuscle.scene.learning import ImitatedRun
-
-SCENE = "walk56_person"
 
 
 @pytest.mark.parametrize(
@@ -55,7 +54,7 @@ def test_a_body_without_a_controller_has_no_gait():
 
 
 def test_a_gait_that_falls_at_once_cannot_be_imitated():
-    walker = load(SCENE)
+    walker = as_of_policy()
     falls = msgspec.structs.replace(walker, failure=msgspec.structs.replace(walker.failure, com_height=1.2))
     with pytest.raises(SceneError, match="no two whole cycles"):
         EpisodeBatch(falls, 1, "cpu", Task(imitation=Imitation()))

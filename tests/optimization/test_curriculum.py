@@ -30,7 +30,9 @@ from warpmuscle.scene.stage_scene import stage_scene
 from warpmuscle.simulation.rollout import Rollout
 
 SURVIVE = SearchStage("survive", {"torque": 0.5}, free=["controller.pd.*"], duration=0.1, candidates=9)
-SPEED = SearchStage("speed", {"speed": 5.0}, {"com_height": 0.5}, strategy="random", population=4, candidates=10)
+SPEED = SearchStage(
+    "speed", {"speed": 5.0, "heading": 1.0}, {"com_height": 0.5}, strategy="random", population=4, candidates=10
+)
 EFFORT = SearchStage("effort", free=["controller.states.*.angle.*", "controller.states.0.time"], sigma=0.1)
 CANDIDATES = 40
 OPTIONS = {"seed": 5, "device": "cpu", "command": "test", "search": "cma", "population": 6}

@@ -5,6 +5,7 @@ import re
 import sys
 from importlib.resources import files
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -17,17 +18,20 @@ from warpmuscle.formats import toml
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.gait.table import gait_table
 from warpmuscle.plots.subject import Subject
-from warpmuscle.report.page import report_html, with_code
+from warpmuscle.report.page import Figure, report_html, with_code
 from warpmuscle.report.summary import shares
 from warpmuscle.results.records import Result, SearchOptions, Staged
 from warpmuscle.scene import SearchStage
 from warpmuscle.scene.parameters import start_values, substitute
 
+FALLS = "Falls: `warpmuscle optimize stumble56` makes it " + "walk" * 40
+
 
 @pytest.fixture(scope="module")
 def result() -> Result:
     """A search with the motion of its best."""
-    return search_result()
+    scene = msgspec.structs.replace(walk_scene(), description=FALLS)
+    return dataclasses.replace(search_result(), scene=toml.dumps(scene))
 
 
 @pytest.fixture(scope="module")
@@ -108,7 +112,9 @@ def test_measures_of_a_walk_stand_beside_those_of_people():
     assert all(row.unit and bool(row.human) == bool(row.source) for row in rows.values())
 
 
-def test_stages_are_listed_and_the_cost_of_transport_stands_beside_that_of_people(result):
+def test_stages_are_listed_and_the_cost_of_transport_stands_beside_that_of_people(result, monkeypatch):
+    drawn = {"convergence": Figure("search", "data:,")}  # figures are looked at above and below
+    monkeypatch.setattr("warpmuscle.report.page._figures", lambda *subject: drawn)
     scene = toml.loads(result.scene)
     scene.stages = [SearchStage("stand"), SearchStage("walk", {"cost_of_transport": 2.0})]
     names = ("torque", "cost_of_transport")
@@ -123,9 +129,9 @@ def test_stages_are_listed_and_the_cost_of_transport_stands_beside_that_of_peopl
     assert {"cost of transport", "3.05 to 3.51", "J/(kg m)"} <= set(page.texts)
 
 
-def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(browser, result, tmp_path):
+def test_a_browser_without_a_network_shows_all_figures_and_plays_the_motion(browser, text, tmp_path):
     path = tmp_path / "report.html"
-    path.write_text(report_html(Subject(result)))
+    path.write_text(text, encoding="utf-8")
     context = browser.new_context(viewport={"width": 1100, "height": 900}, offline=True)
     page = context.new_page()
     problems: list[str] = []
@@ -157,11 +163,8 @@ def test_backticks_become_code_and_all_else_is_escaped():
     assert with_code("one ` only <") == "one ` only &lt;"
 
 
-def test_the_page_fits_a_phone_and_cuts_no_curve(browser, tmp_path):
-    scene = walk_scene()
-    scene.description = "Falls: `warpmuscle optimize stumble56` makes it " + "walk" * 40
-    result = dataclasses.replace(search_result(), scene=toml.dumps(scene))
-    (tmp_path / "report.html").write_text(report_html(Subject(result)), encoding="utf-8")
+def test_the_page_fits_a_phone_and_cuts_no_curve(browser, text, tmp_path):
+    (tmp_path / "report.html").write_text(text, encoding="utf-8")
     page = browser.new_page(viewport={"width": 390, "height": 844})
     page.goto((tmp_path / "report.html").as_uri())
     assert page.evaluate("document.documentElement.scrollWidth") == 390

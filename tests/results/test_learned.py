@@ -8,7 +8,7 @@ import pytest
 
 from small_policy import learning_curve, small_policy
 from warpmuscle.core.errors import ResultError
-from warpmuscle.results.learned import CURVE, Ancestor, ClippedNoise, Learned
+from warpmuscle.results.learned import CURVE, Ancestor, ClippedNoise, KeptGait, Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import read, read_learned, write
 
@@ -84,6 +84,29 @@ def test_a_critic_and_what_a_policy_was_begun_with_come_back(tmp_path):
         with pytest.raises(ResultError, match=message):
             read(path)
         write(path, replace(result, learned=replace(result.learned, critic=critic, ancestors=ancestors)))
+
+
+def a_gait() -> KeptGait:
+    frames = np.linspace(0.0, 1.0, 20)
+    coordinate = np.stack([np.sin(frames), np.cos(frames), frames**3], axis=1)
+    return KeptGait("0f" * 32, coordinate, np.tile([0.0, 0.99, 0.01], (20, 1)), np.array([0.4, 1.5, 2.61]), 0.49, 1.1)
+
+
+@pytest.fixture
+def file_with_gait(tmp_path):
+    path, result = tmp_path / "imitates.h5", a_result()
+    policy = replace(result.learned.policy, gait=a_gait())
+    write(path, replace(result, learned=replace(result.learned, policy=policy)))
+    return path
+
+
+def test_a_gait_comes_back_to_the_bit_and_older_files_have_none(file, file_with_gait):
+    wanted, found = a_gait(), read(file_with_gait).learned.policy.gait
+    for name in ("coordinate", "up", "landings"):
+        np.testing.assert_array_equal(getattr(found, name), getattr(wanted, name))
+    assert (found.scene, found.right, found.cycle_time) == (wanted.scene, wanted.right, wanted.cycle_time)
+    assert read_learned(file_with_gait).policy.gait.scene == wanted.scene
+    assert read(file).learned.policy.gait is None
 
 
 def test_the_same_policy_gives_the_same_bytes(file, tmp_path):
@@ -204,6 +227,49 @@ def test_ancestors_of_unequal_columns_are_refused(tmp_path):
         content["training/ancestors/seed"] = np.zeros(2, dtype=np.int64)
     with pytest.raises(ResultError, match="training/ancestors has columns of different lengths"):
         read(tmp_path / "two.h5")
+
+
+def attribute(name, value):
+    return lambda file: file["gait"].attrs.__setitem__(name, value)
+
+
+GAIT_DAMAGES = {
+    "no coordinates": (without("gait/coordinate"), "coordinate is missing"),
+    "no landings": (without("gait/landings"), "landings is missing"),
+    "no scene": (lambda file: file["gait"].attrs.__delitem__("scene"), "scene"),
+    "scene no digest": (attribute("scene", "walk56"), "no SHA-256"),
+    "coordinates not finite": (changed("gait/coordinate", np.full((20, 3), np.nan)), "gait/coordinate"),
+    "coordinates too large": (changed("gait/coordinate", np.full((20, 3), 1e30)), "1e\\+30"),
+    "coordinates in a row": (changed("gait/coordinate", np.zeros(20)), "gait/coordinate has shape"),
+    "no frames": (changed("gait/coordinate", np.zeros((0, 3))), "gait/coordinate has shape"),
+    "frames without end": (changed("gait/coordinate", np.zeros((20_000, 1))), "gait/coordinate has shape"),
+    "coordinates as texts": (changed("gait/coordinate", np.full((20, 3), b"x")), "holds no numbers"),
+    "whole numbers": (changed("gait/coordinate", np.zeros((20, 3), dtype=int)), "gait/coordinate holds no numbers"),
+    "other frames": (changed("gait/up", np.tile([0.0, 1.0, 0.0], (19, 1))), "gait/up has shape"),
+    "no vertical": (changed("gait/up", np.zeros((20, 3))), "gait/up holds vectors that point nowhere"),
+    "long vertical": (changed("gait/up", np.full((20, 3), 2.0)), "gait/up holds 2"),
+    "one landing": (changed("gait/landings", np.array([1.0])), "gait/landings holds 1 time"),
+    "landings back": (changed("gait/landings", np.array([1.0, 3.0, 2.0])), "one after the other"),
+    "landings not finite": (changed("gait/landings", np.array([1.0, np.inf])), "gait/landings holds inf"),
+    "landings in a table": (changed("gait/landings", np.ones((2, 2))), "gait/landings has shape"),
+    "right not finite": (attribute("right", np.nan), "right = nan"),
+    "right beyond the cycle": (attribute("right", 1.0), "right = 1"),
+    "right a text": (attribute("right", "half"), "damaged"),
+    "no time": (attribute("cycle_time", 0.0), "cycle_time = 0"),
+    "time not finite": (attribute("cycle_time", np.inf), "cycle_time = inf"),
+    "gait no group": (changed("gait", np.zeros(3)), "damaged"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", GAIT_DAMAGES)
+def test_a_damaged_gait_is_refused_in_one_line(name, file_with_gait):
+    damage, message = GAIT_DAMAGES[name]
+    with h5py.File(file_with_gait, "r+") as content:
+        damage(content)
+    with pytest.raises(ResultError, match=message) as caught:
+        read_learned(file_with_gait)
+    assert "\n" not in str(caught.value)
+    assert str(file_with_gait) in str(caught.value)
 
 
 def test_what_was_learnt_is_read_without_the_motions_beside_it(file, tmp_path):

@@ -396,7 +396,7 @@ def test_pictures_of_the_page_have_names():
 
 def test_a_figure_is_made_once_for_scenes_that_differ_in_how_they_are_judged(monkeypatch):
     made = []
-    monkeypatch.setattr(pages, "_drawn", None)
+    monkeypatch.setattr(pages, "_drawn", {})
     figure = pages.figure_of
     monkeypatch.setattr(pages, "figure_of", lambda *arguments: (made.append(1), figure(*arguments))[1])
     scene = walk_scene()
@@ -408,17 +408,20 @@ def test_a_figure_is_made_once_for_scenes_that_differ_in_how_they_are_judged(mon
     bodies = scene.character.bodies | {next(iter(scene.character.bodies)): shape}
     heavier = msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, bodies=bodies))
     replay_html([motion, motion], [scene, heavier])
-    assert len(made) == 2  # the first one is kept
+    replay_html([motion, motion], [heavier, scene])
+    assert len(made) == 2  # both are kept
+    monkeypatch.setattr(pages, "DRAWN", 1)
     replay_html([motion, motion], [scene, heavier])
-    assert len(made) == 4  # but for another figure
+    replay_html([motion, motion], [scene, heavier])
+    assert len(made) == 5  # but no more than so many: the first one was, and is not any more
     assert len(alike) > 1000
 
 
 def test_a_figure_drawn_meanwhile_is_that_of_the_page(walk, monkeypatch):
     """It is drawn once, and the page is the same to the bit."""
-    monkeypatch.setattr(pages, "_drawn", None)
+    monkeypatch.setattr(pages, "_drawn", {})
     usual, (made, count) = replay_html(walk.recording, walk.scene), (pages.look_of, [])
-    monkeypatch.setattr(pages, "_drawn", None)
+    monkeypatch.setattr(pages, "_drawn", {})
     monkeypatch.setattr(pages, "look_of", lambda *given: count.append(given) or made(*given))
     with pages.drawn_meanwhile(walk.recording, walk.scene):
         pass

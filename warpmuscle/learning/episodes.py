@@ -23,7 +23,7 @@ from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
 from warpmuscle.learning.episode_rules import room_for, rules_of
-from warpmuscle.learning.imitation import Gait
+from warpmuscle.learning.imitation import Gait, gait_kept
 from warpmuscle.learning.imitation.choice import gait_of_controller, imitated_gait, phases_of
 from warpmuscle.learning.imitation.people import by_norm_alone, people_starts
 from warpmuscle.learning.poses import State, elsewhere
@@ -35,6 +35,7 @@ from warpmuscle.learning.tasks import checked_task, prepared
 from warpmuscle.learning.tightening import TighteningLimits
 from warpmuscle.learning.variants import Variants
 from warpmuscle.model.joints import root_number
+from warpmuscle.results.learned import KeptGait
 from warpmuscle.scene import Scene
 from warpmuscle.scene.learning import Task
 from warpmuscle.scene.trusted_code import trust as allow
@@ -67,6 +68,7 @@ class EpisodeBatch:
         final_observation: (instances, observations) of the episode that ended, where one did.
         limits: of failure, which a training may tighten, and the share of costs, which it may raise.
         command_names: of the columns of `episodes.command`. gait: that is imitated, if there is one.
+        kept_gait: what a policy's file keeps of that, if the scene's controller makes it.
         images: of observations and actions in a mirror; None where the task is not said to be symmetric.
     """
 
@@ -83,6 +85,7 @@ class EpisodeBatch:
         threads: int | None = None,
         trust: bool = False,
         gait: Gait | None = None,
+        kept_gait: KeptGait | None = None,
     ) -> None:
         """Prepare and begin all episodes; the first call compiles kernels.
 
@@ -91,6 +94,7 @@ class EpisodeBatch:
             task: what is learned; by default what the scene says, or a walk at 1.2 m/s.
             seed: of everything that is drawn.
             gait: that is imitated, of another batch of this scene and task, so that its controller need not make it.
+            kept_gait: of a policy's file, which stands for what the scene's controller makes if it is of this scene.
 
         Raises:
             SceneError: the scene is inconsistent, or has not what the task wants.
@@ -127,12 +131,17 @@ class EpisodeBatch:
         self.images = None if body is None else self._images(about, body)
         self.final_observation = wp.zeros_like(self.senses.observation)
         self._stepper = self._stepper_of(self._variants.model)
+        known = None if gait is not None else gait_kept(kept_gait, rollout, self.task.imitation)
         # Kernels may take long, and are compiled side by side; what a task says wrongly has been said by now.
         with ThreadPoolExecutor(1, thread_name_prefix="kernel") as pool:
             loading = pool.submit(self._stepper.load)
-            own = gait_of_controller(self.task, rollout, self.decision_steps, recorded=gait is None)
+            own = gait_of_controller(self.task, rollout, self.decision_steps, recorded=gait is None and known is None)
             loading.result()
-        self.gait = gait = imitated_gait(self.task, rollout, own, body) if gait is None else gait
+        self.kept_gait = None if known is None else kept_gait
+        if gait is None:
+            gait, made = imitated_gait(self.task, rollout, own, body, known)
+            self.kept_gait = made or self.kept_gait
+        self.gait = gait
         self.judge = Judge(
             self.task, rollout, self.actions, gait, self._variants.model, self.dt, self.longest, self.custom_parts,
             self.limits.costs,

@@ -68,8 +68,9 @@ class Player:
         task = in_full(of_body(task, scene) or scene.learning)
         try:
             self.batch = EpisodeBatch(
-                scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads, gait=gait
-            )
+                scene, instances, device, task, seed, record=record, record_rate=record_rate, threads=threads,
+                gait=gait, kept_gait=policy.gait,
+            )  # fmt: skip
         except SceneError as error:
             if not error.key.startswith("learning.") or policy.scene in ("", scene.name):
                 raise

@@ -242,8 +242,9 @@ class Training:
         """All that is known now, without a motion."""
         ends = {name: value for name, value in asdict(self._ends).items() if value is not None}
         options = msgspec.structs.asdict(self.options) | ends
+        policy = replace(self.learner.policy(), gait=self.env.batch.kept_gait)
         learned = Learned(
-            self.learner.policy(), text_of(self.task), self.loop.curve(), options, self.loop.ended,
+            policy, text_of(self.task), self.loop.curve(), options, self.loop.ended,
             self.learner.critic(), self.ancestors,
         )  # fmt: skip
         table = parameter_table(free_parameters(self.scene))

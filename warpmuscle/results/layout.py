@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.hdf5_writing import store
 from warpmuscle.core.status import Status
-from warpmuscle.results.learned import CURVE, Ancestor, Learned, PolicyTable
+from warpmuscle.results.learned import CURVE, Ancestor, KeptGait, Learned, PolicyTable
 from warpmuscle.results.motion_layout import put_motions
 from warpmuscle.results.records import Best, Evaluations, ParameterTable, Result, Searched, SearchOptions
 
@@ -155,6 +155,8 @@ def _put_learned(file: Any, learned: Learned) -> None:
     group = file.create_group("policy", track_order=True)
     _put_network(group, learned.policy)
     store(group, "task", learned.task, description="what the policy has learnt to do, as JSON")
+    if learned.policy.gait is not None:
+        _put_gait(file.create_group("gait", track_order=True), learned.policy.gait)
     if learned.critic is not None:
         _put_network(file.create_group("critic", track_order=True), learned.critic)
     count = len(learned.curve["iteration"])
@@ -168,6 +170,14 @@ def _put_learned(file: Any, learned: Learned) -> None:
         group.attrs[name] = value
     if learned.ancestors:
         _put_ancestors(group.create_group("ancestors", track_order=True), learned.ancestors)
+
+
+def _put_gait(group: Any, gait: KeptGait) -> None:
+    group.attrs["scene"], group.attrs["right"], group.attrs["cycle_time"] = gait.scene, gait.right, gait.cycle_time
+    store(group, "coordinate", gait.coordinate, axes="bin of the cycle, coordinate",
+          description="of the gait that the scene's own controller makes, mean over its cycles")  # fmt: skip
+    store(group, "up", gait.up, axes="bin of the cycle, x y z", description="the vertical in the root")
+    store(group, "landings", gait.landings, "s", "cycle", description="when the left foot touched down")
 
 
 def _put_ancestors(group: Any, ancestors: tuple[Ancestor, ...]) -> None:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
@@ -18,6 +19,9 @@ from warpmuscle.core.plain_text import number_of
 Singles = NDArray[np.float32]
 HUGE_WEIGHT = 1e6  # whose sums are numbers of single precision
 WIDEST_LAYER, MOST_LAYERS = 4096, 16
+MOST_COORDINATES, MOST_FRAMES = 10_000, 1000  # of a kept gait
+SHORTEST_UP = 0.1  # of a mean of verticals
+SHORTEST_CYCLE, LONGEST_GAIT = 0.01, 1e5  # s
 
 
 class Column(NamedTuple):
@@ -65,6 +69,21 @@ class ClippedNoise:
 
 
 @dataclass(frozen=True, repr=False)
+class KeptGait:
+    """One cycle of the gait that a scene's own controller makes, which a policy has learnt to imitate.
+
+    Angles are those of the controller, before a task puts those of a norm into them.
+    """
+
+    scene: str  # SHA-256 of all of the scene that the gait depends on
+    coordinate: Floats  # (BINS, C) of all joints, means over the cycles
+    up: Floats  # (BINS, 3) the vertical in the root
+    landings: Floats  # (n,) s, when the left foot touched down
+    right: float  # part of the cycle after which the right foot touches down
+    cycle_time: float  # s
+
+
+@dataclass(frozen=True, repr=False)
 class PolicyTable:
     """A network from O observations to A actions: normalised, then linear layers with ELU between them.
 
@@ -79,6 +98,7 @@ class PolicyTable:
     layers: tuple[Layer, ...]
     noise: ClippedNoise | None = None
     scene: str = ""  # name of the one that it was learnt in; empty where that is not known
+    gait: KeptGait | None = None  # that it has learnt to imitate, if the scene's own controller made it
 
     def __repr__(self) -> str:
         sizes = [len(self.observation), *(len(layer.bias) for layer in self.layers)]
@@ -136,7 +156,7 @@ def load_learned(file: Any) -> Learned:
     curve.setdefault("hardness", np.ones_like(curve["iteration"]))  # of a file of earlier versions
     options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
     return Learned(
-        replace(_load_network(learnt), scene=_scene_name(file)), task, curve, options,
+        replace(_load_network(learnt), scene=_scene_name(file), gait=_load_gait(file)), task, curve, options,
         str(hdf5.attribute(training, "ended")),
         _load_network(file["critic"]) if "critic" in file else None, _load_ancestors(training),
     )  # fmt: skip
@@ -169,6 +189,16 @@ def _load_network(group: Any) -> PolicyTable:
         ),
         noise=_load_noise(group),
     )
+
+
+def _load_gait(file: Any) -> KeptGait | None:
+    """The gait that a policy of an open file imitates; files of earlier versions have none."""
+    if "gait" not in file:
+        return None
+    group = file["gait"]
+    arrays = (hdf5.array(group, name) for name in ("coordinate", "up", "landings"))
+    numbers = (float(hdf5.attribute(group, name)) for name in ("right", "cycle_time"))
+    return KeptGait(str(hdf5.attribute(group, "scene")), *arrays, *numbers)
 
 
 def _load_ancestors(training: Any) -> tuple[Ancestor, ...]:
@@ -208,11 +238,38 @@ def check_learned(learned: Learned) -> None:
         check_policy(learned.critic, "critic")
         if len(learned.critic.action) != 1:
             raise ValueError(f"critic gives {number_of(len(learned.critic.action), 'number')}, and should give 1")
+    if learned.policy.gait is not None:
+        check_gait(learned.policy.gait)
     if set(learned.curve) != set(CURVE):
         raise ValueError("curve has other columns than a learning curve")
     rows = np.shape(learned.curve["iteration"])[:1]
     for name in CURVE:
         check_numbers(f"curve/{name}", learned.curve[name], rows or (0,))
+
+
+def check_gait(gait: KeptGait) -> None:
+    """Check a kept gait; raises ValueError with the place of what is wrong."""
+    if not re.fullmatch("[0-9a-f]{64}", gait.scene):
+        raise ValueError("gait has the attribute scene, which is no SHA-256")
+    for name, array in (("coordinate", gait.coordinate), ("up", gait.up)):
+        columns = 3 if name == "up" else MOST_COORDINATES
+        if np.ndim(array) != 2 or not 0 < np.shape(array)[1] <= columns or not 0 < len(array) <= MOST_FRAMES:
+            raise ValueError(f"gait/{name} has shape {np.shape(array)}, not frames and coordinates")
+    frames = len(gait.coordinate)
+    check_numbers("gait/coordinate", gait.coordinate, np.shape(gait.coordinate), -HUGE_WEIGHT, HUGE_WEIGHT, kinds="f")
+    check_numbers("gait/up", gait.up, (frames, 3), -1.001, 1.001, kinds="f")
+    if (np.linalg.norm(gait.up, axis=1) < SHORTEST_UP).any():
+        raise ValueError("gait/up holds vectors that point nowhere")
+    landings = np.size(gait.landings)
+    if not 2 <= landings <= MOST_FRAMES:
+        raise ValueError(f"gait/landings holds {number_of(landings, 'time')}, and should hold 2 to {MOST_FRAMES}")
+    check_numbers("gait/landings", gait.landings, (landings,), 0.0, LONGEST_GAIT, kinds="f")
+    if not (np.diff(gait.landings) > SHORTEST_CYCLE).all():
+        raise ValueError("gait/landings holds times that do not come one after the other")
+    if not 0.0 <= gait.right < 1.0:
+        raise ValueError(f"gait has the attribute right = {gait.right:g}, and should have a part of the cycle")
+    if not SHORTEST_CYCLE < gait.cycle_time <= LONGEST_GAIT:
+        raise ValueError(f"gait has the attribute cycle_time = {gait.cycle_time:g}, and should have that of a gait, s")
 
 
 def check_policy(policy: PolicyTable, name: str = "policy") -> None:

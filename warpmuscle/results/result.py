@@ -21,6 +21,8 @@ The layout is a contract with readers in other languages; `docs/reference/files.
   number of the last stage begun, whose searches these are
 - `/policy/{task, observation, action, mean, deviation}`, `/policy/layers/<k>/{weight, bias}`, and the attributes
   `widest` and `activation` of `/policy`, if a policy drives the scene: see `learned.PolicyTable`
+- `/gait/{coordinate, up, landings}`, and the attributes `scene`, `right` and `cycle_time` of `/gait`, if the policy
+  imitates the gait of the scene's own controller: see `learned.KeptGait`
 - `/critic/...`: the critic, laid out as the policy
 - `/curve/{iteration, wall_time, decisions, ...}`: (R,), how the policy was learnt, see `learned.CURVE`
 - `/training`: the options of the training as attributes, `ended`

@@ -55,11 +55,22 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:
     """Put the leaves into a list that are `Free`, with units; scenes are walked often, and most of them is numbers."""
-    for name, member in named_members(value) or ():
+    for name, member in _no_plain_members(value):
         if type(member) is Free:
             found.append((f"{key}{name}", member, unit_below(value, name, unit)))
-        elif type(member) not in PLAIN:
+        else:
             _free_leaves(member, f"{key}{name}.", unit_below(value, name, unit), found)
+
+
+def _no_plain_members(value: Any) -> list[tuple[str, Any]]:
+    """As `named_members`, without those of plain types, which are most."""
+    if isinstance(value, msgspec.Struct):
+        return [(name, one) for name in value.__struct_fields__ if type(one := getattr(value, name)) not in PLAIN]
+    if isinstance(value, dict):
+        return [(str(name), one) for name, one in value.items() if type(one) not in PLAIN]
+    if isinstance(value, list | tuple):
+        return [(str(index), one) for index, one in enumerate(value) if type(one) not in PLAIN]
+    return []
 
 
 def free_parameters(scene: Scene) -> list[Parameter]:

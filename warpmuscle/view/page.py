@@ -53,6 +53,7 @@ SHOWN = (
 )  # fmt: skip
 RATE = 50.0  # frames a second; the page draws what lies between them
 FEWEST_STRIDES = 2  # of each foot, of a motion that is shown stride by stride
+DRAWN = 8  # figures that are kept, of what was drawn last
 CROWD = 16  # tracks beyond which forces and most curves are left out, and muscles of all but near ones
 FEW = 4  # tracks up to which all curves are stored, and figures are drawn finely
 
@@ -310,18 +311,21 @@ def look_of(doll: Doll, scene: Scene, coarse: bool, meshes: Path | None) -> list
     return [*look, *object_pieces(scene)]
 
 
-_drawn: tuple[Any, list[Piece]] | None = None  # what was drawn last, and of what
+_drawn: dict[Any, list[Piece]] = {}  # what was drawn last, by what of
 
 
 def _drawn_look(made_of: bytes, doll: Doll, scene: Scene, coarse: bool, meshes: Path | None) -> list[Piece]:
-    """The same, kept until another one is drawn; not that of files, which may change."""
-    global _drawn
+    """The same, kept until some others are drawn; not that of files, which may change."""
     if meshes is not None:
         return look_of(doll, scene, coarse, meshes)
-    kept, key = _drawn, (made_of, coarse)
-    if kept is None or kept[0] != key:
-        kept = _drawn = key, look_of(doll, scene, coarse, None)
-    return kept[1]
+    key = made_of, coarse
+    look = _drawn.pop(key, None)
+    if look is None:
+        look = look_of(doll, scene, coarse, None)
+    _drawn[key] = look
+    for oldest in list(_drawn)[:-DRAWN]:
+        _drawn.pop(oldest, None)
+    return look
 
 
 @contextmanager
@@ -372,6 +376,7 @@ class _Dolls:
 
 
 def _made_of(doll: Doll, scene: Scene) -> bytes:
-    """What the content of a doll depends on: its names, and all of the scene but who controls and judges it."""
+    """What the content of a doll depends on: its names, and a scene but for its control, its judges and its time."""
     names = (doll.muscles.names, doll.names.bodies, doll.objects)
-    return pickle.dumps((names, replace(scene, controller=None, objective=None)))
+    looks = replace(scene, controller=None, objective=None, learning=None, stages=[], duration=1.0, description="")
+    return pickle.dumps((names, looks))

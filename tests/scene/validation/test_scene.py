@@ -9,6 +9,7 @@ import pytest
 from biped import biped
 from small_scene import ZERO, X, hip, muscle_scene, sound_scene
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.limits import LIMITS
 from warpmuscle.scene import (
     PD,
     Actuation,
@@ -27,6 +28,7 @@ from warpmuscle.scene import (
 )
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.simbicon.checks import trajectory_joints
+from warpmuscle.scene.validation import scene as validation
 from warpmuscle.scene.validation.muscles import initial_path_lengths, slack_warnings
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.simulation.stages import Stages
@@ -360,3 +362,35 @@ def test_numbers_of_numpy_are_numbers():
         check_scene(changed("gravity", np.float32("nan")))
     with pytest.raises(SceneError):
         check_scene(changed("gravity", np.zeros(3)))
+
+
+def test_a_sound_scene_is_checked_once_and_again_as_soon_as_anything_is_different(monkeypatch):
+    made, whole = [], validation._Check.scene
+    monkeypatch.setattr(validation, "_sound", {})
+    monkeypatch.setattr(validation._Check, "scene", lambda check: made.append(check) or whole(check))
+    scene = sound_scene()
+    for _ in range(3):
+        validation.check_scene(scene)
+        validation.check_scene(copy.deepcopy(scene))
+    assert len(made) == 1
+    body = next(iter(scene.character.bodies.values()))
+    mass, body.mass = body.mass, -1.0
+    for _ in range(2):  # what is wrong is not remembered
+        with pytest.raises(SceneError, match="mass"):
+            validation.check_scene(scene)
+    body.mass = np.float64(mass)  # nor what only Python has
+    validation.check_scene(scene)
+    assert len(made) == 4
+    body.mass = mass
+    validation.check_scene(scene)
+    assert len(made) == 4
+    monkeypatch.setitem(LIMITS, "bodies", LIMITS["bodies"]._replace(most=0))
+    with pytest.raises(SceneError, match="bodies"):
+        validation.check_scene(scene)
+    monkeypatch.undo()
+    monkeypatch.setattr(validation, "_sound", {})
+    monkeypatch.setattr(validation, "SOUND", 2)
+    for number in range(5):
+        scene.gravity = 9.0 + 0.1 * number
+        validation.check_scene(scene)
+    assert len(validation._sound) == 2

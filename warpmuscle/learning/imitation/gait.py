@@ -90,6 +90,17 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
     Raises:
         SceneError: it has no two whole cycles.
     """
+    return imitated(measured_gait(recording, rollout, imitation), rollout, imitation, body)
+
+
+def imitated(measured: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
+    """The gait that a task imitates, of that which the scene's own controller makes."""
+    gait = measured if imitation.cycle_time is None else replace(measured, cycle_time=imitation.cycle_time)
+    return changed(gait, rollout, imitation, body)
+
+
+def measured_gait(recording: Recording, rollout: Rollout, imitation: Imitation) -> Gait:
+    """One cycle of a recorded gait as it is; raises SceneError if there are no two whole cycles."""
     weight = body_weight(rollout.numeric)
     left, right = (touch_downs(recording, side, weight) for side in SIDES)
     steady = left[left >= imitation.settle]
@@ -102,12 +113,11 @@ def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: 
     lags = [
         (float(right[right >= begin][0]) - begin) / (end - begin) for begin, end in cycles if (right >= begin).any()
     ]
-    cycle_time = imitation.cycle_time or float(np.diff(steady).mean())
-    gait = Gait(
+    return Gait(
         cycle_means(recording.coordinate, quaternions(rollout.numeric, rollout.names), recording.time, cycles),
-        over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], cycle_time, left, float(np.median(lags)) % 1.0,
+        over_strides(recording.time, up, cycles).mean(axis=0)[:BINS], float(np.diff(steady).mean()), left,
+        float(np.median(lags)) % 1.0,
     )  # fmt: skip
-    return changed(gait, rollout, imitation, body)
 
 
 def recorded_gait(rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
