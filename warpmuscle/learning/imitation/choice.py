@@ -5,13 +5,17 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.learning.imitation.gait import Gait, gait_of, recorded_gait, seen_time
+from warpmuscle.learning.imitation.gait import Gait, imitated, measured_gait, recorded_gait, seen_time
+from warpmuscle.learning.imitation.kept_gaits import kept
 from warpmuscle.learning.imitation.people import by_norm_alone, people_gait
 from warpmuscle.learning.poses import State
 from warpmuscle.learning.starts import ControllerGait, controller_gait
 from warpmuscle.learning.symmetry import BodySymmetry
+from warpmuscle.results.learned import KeptGait
 from warpmuscle.scene.learning import Task
 from warpmuscle.simulation.rollout import Rollout
+
+LAST_FRAME = 0.02  # s, before the end of what was recorded whole
 
 
 def gait_of_controller(task: Task, rollout: Rollout, decision_steps: int, recorded: bool) -> ControllerGait:
@@ -23,16 +27,32 @@ def gait_of_controller(task: Task, rollout: Rollout, decision_steps: int, record
     return controller_gait(rollout, variation.start_states, variation.start_after, decision_steps, seen)
 
 
-def imitated_gait(task: Task, rollout: Rollout, own: ControllerGait, body: BodySymmetry | None) -> Gait | None:
-    """The gait that is imitated, if any: that of a file, of people, or of the scene's controller."""
+def imitated_gait(
+    task: Task, rollout: Rollout, own: ControllerGait, body: BodySymmetry | None, known: Gait | None
+) -> tuple[Gait | None, KeptGait | None]:
+    """The gait that is imitated, if any: that of a file, of people, or of the scene's controller.
+
+    Args:
+        known: what the controller makes, where that need not be measured.
+
+    Returns:
+        The gait, and what a policy's file keeps of it, if the controller has just made it.
+    """
     imitation = task.imitation
     if imitation is None:
-        return None
+        return None, None
     if imitation.file:
-        return recorded_gait(rollout, imitation, body)
+        return recorded_gait(rollout, imitation, body), None
     if by_norm_alone(rollout.scene, imitation):
-        return people_gait(rollout, imitation, body)
-    return None if own.recording is None else gait_of(own.recording, rollout, imitation, body)
+        return people_gait(rollout, imitation, body), None
+    made = None
+    if known is None:
+        if own.recording is None:
+            return None, None
+        known = measured_gait(own.recording, rollout, imitation)
+        if own.recording.end > seen_time(imitation) - LAST_FRAME:  # it did not fail before
+            made = kept(known, rollout.scene, imitation)
+    return imitated(known, rollout, imitation, body), made
 
 
 def phases_of(task: Task, rollout: Rollout, gait: Gait | None, states: list[State], times: Floats) -> Floats:
