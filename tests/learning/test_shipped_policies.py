@@ -7,7 +7,7 @@ from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.gait.quality import gait_measures
-from warpmuscle.learning import episodes
+from warpmuscle.learning.imitation import choice
 from warpmuscle.learning.player import commanded, commands_in_words, lasting, learned_in, replay, task_of
 
 NAMES = [
@@ -23,7 +23,7 @@ NAMES = [
 @pytest.fixture(autouse=True)
 def no_gait_of_the_controller(monkeypatch):
     """Files keep the gaits that policies imitate, so that none compiles the controller to be played."""
-    monkeypatch.delattr(episodes, "controller_gait")
+    monkeypatch.delattr(choice, "controller_gait")
 
 
 @pytest.mark.parametrize("name", NAMES)
