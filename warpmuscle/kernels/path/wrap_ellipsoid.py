@@ -264,7 +264,7 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         half = wp.dot(p, d)
         near = p - d * (half / square)
         depth = 1.0 - wp.dot(near, near)
-        if depth < 0.0:
+        if depth <= 0.0:  # one that only touches has no part within
             return touch
         reach = wp.sqrt(depth / square)
         into = -half / square - reach
