@@ -110,7 +110,7 @@ def _chord(p: Floats, q: Floats) -> tuple[float, float] | None:
     if under < 0.0:
         return None
     t = (-half - math.sqrt(under)) / square, (-half + math.sqrt(under)) / square
-    return t if 0.0 < t[0] < 1.0 and 0.0 < t[1] < 1.0 else None
+    return t if 0.0 < t[0] < t[1] < 1.0 else None  # one that only touches has no part within
 
 
 def _depth(p: Floats, q: Floats) -> float:
