@@ -213,7 +213,7 @@ def test_detours_are_measured_between_the_places_where_a_path_first_touched_othe
     assert path_length(route_stops(character, character.muscles["long"], poses, {})) == pytest.approx(
         expected, abs=1e-5
     )
-    assert length == pytest.approx(expected, abs=2e-5)
+    assert length == pytest.approx(expected, abs=1e-4)  # in single precision
 
 
 def test_a_surface_that_another_one_bends_a_route_onto_is_gone_round_though_a_third_holds_the_end():

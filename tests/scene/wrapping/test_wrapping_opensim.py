@@ -108,9 +108,9 @@ def ours(surface: Surface, where: int, ends: np.ndarray) -> tuple[np.ndarray, in
         (sphere, SphereSurface("b", ZERO, 0.03), IN_PLANE, 1e-9),
         (sphere, SphereSurface("b", ZERO, 0.03, side="-z"), IN_PLANE, 1e-9),
         (ellipsoid, EllipsoidSurface("b", ZERO, RADII), IN_PLANE, 1e-5),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04), IN_PLANE, 1e-4),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04, side="+x"), IN_PLANE, 1e-4),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04), AMONG_OTHERS, 1e-4),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04), IN_PLANE, 1e-9),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04, side="+x"), IN_PLANE, 1e-9),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04), AMONG_OTHERS, 1e-9),
     ],
     ids=[
         "cylinder", "cylinder +x", "cylinder -y", "cylinder among others", "cylinder +x among others",
