@@ -71,15 +71,17 @@ def measured_of(kind: RouteKind) -> tuple[Any, Any]:
     @wp.func(inline=True)
     def reached(now: wp.vec3, onto: int, bends: wp.ref[bends_struct], inverse: wp.mat33, center: wp.vec3) -> wp.vec3:
         place = wp.vec3(now)
-        if wp.static(keeps) and onto >= 0:
-            place = inverse * (row(bends.kept_first, onto) - center)
+        if wp.static(keeps):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if onto >= 0:
+                place = inverse * (row(bends.kept_first, onto) - center)
         return place
 
     @wp.func(inline=True)
     def left(now: wp.vec3, onto: int, bends: wp.ref[bends_struct], inverse: wp.mat33, center: wp.vec3) -> wp.vec3:
         place = wp.vec3(now)
-        if wp.static(keeps) and onto >= 0:
-            place = inverse * (row(bends.kept_second, onto) - center)
+        if wp.static(keeps):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if onto >= 0:
+                place = inverse * (row(bends.kept_second, onto) - center)
         return place
 
     return reached, left

@@ -49,8 +49,11 @@ class RouteKind(NamedTuple):
 
     @property
     def keeps(self) -> bool:
-        """Whether detours are measured between the places where a route first touched other surfaces, as in OpenSim."""
-        return self.wraps > 1 and not self.exact and not self.mujoco
+        """Whether detours are measured between the places where a route first touched other surfaces, as in OpenSim.
+
+        Only tori have several detours to choose from in most poses, so smooth routes past others are spared the cost.
+        """
+        return self.wraps > 1 and (self.as_opensim or (self.smooth and TORUS in self.surfaces))
 
     @property
     def slips(self) -> bool:
