@@ -15,6 +15,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.path.ellipsoid_tangent import tangent_as_opensim
 from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
 
 HYBRID, MIDPOINT, AXIAL = 0, 1, 2
@@ -28,6 +29,7 @@ TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that st
 SMALLEST = 1.0e-12
 ENDLESS = 1.0e30
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
+PIECE = 1.0e-3  # m, of OpenSim's arcs
 ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
@@ -223,6 +225,36 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
     return 0.5 * angle * total
 
 
+@func(inline=False)
+def arc_as_opensim(
+    p: wp.vec3, q: wp.vec3, c: wp.vec3, first: wp.vec3, second: wp.vec3, radii: wp.vec3, side: int
+) -> float:
+    """Length of the arc of a path between two places, which is the long way round if the short one leads back.
+
+    Args:
+        p, q, c, first, second: ends of the segment, a place in the plane of the path, and where it touches, in the axes
+            where the ellipsoid is a unit sphere. radii: m. side: 0 if the short way counts at all events.
+    """
+    chord = wp.length(wp.cw_mul(radii, second - first))
+    if chord < PIECE:
+        return chord
+    normal = wp.normalize(wp.cross(q - p, c - p))
+    middle = normal * wp.dot(normal, c)
+    u = first - middle
+    w = second - middle
+    v = wp.cross(normal, u)
+    if wp.dot(v, w) < 0.0:
+        v = -v
+    angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
+    onward = wp.cw_mul(radii, v)
+    backward = wp.cw_mul(radii, u * wp.sin(angle) - v * wp.cos(angle))
+    back = wp.dot(onward, wp.cw_mul(radii, p - first)) > 0.0 or wp.dot(backward, wp.cw_mul(radii, q - second)) > 0.0
+    if side != 0 and chord >= 2.0 * PIECE and back:
+        v = -v
+        angle = 2.0 * wp.pi - angle
+    return arc_on_ellipsoid(u, v, angle, radii)
+
+
 @cache
 def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
     """The Warp function `ellipsoid_touch`.
@@ -284,6 +316,17 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
                 over = wp.clamp(depth / ENTERED, 0.0, 1.0)
                 c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over), r, -1)
                 start = c
+        if wp.static(as_opensim):
+            end = wp.cw_mul(p, r)
+            other = wp.cw_mul(q, r)
+            across = wp.normalize(wp.cross(other - end, c - end))
+            reached = tangent_as_opensim(end, start, r, across, c)
+            left = tangent_as_opensim(other, start, r, across, c)
+            touch.kind = THROUGH
+            touch.first = reached / scale
+            touch.second = left / scale
+            touch.arc = arc_as_opensim(p, q, wp.cw_div(c, r), wp.cw_div(reached, r), wp.cw_div(left, r), radii, side)
+            return touch
         c = wp.cw_div(c, r)
         start = wp.cw_div(start, r)
         normal = wp.normalize(wp.cross(d, c - p))
