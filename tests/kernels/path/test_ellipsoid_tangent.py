@@ -27,11 +27,11 @@ def cases(count: int) -> tuple[np.ndarray, ...]:
 
 def test_the_place_is_on_the_ellipsoid_in_the_plane_and_its_tangent_plane_has_the_end():
     end, start, normal = cases(200)
-    found = np.array([tangent_of(a, s, RADII, n, s) for a, s, n in zip(end, start, normal, strict=True)])
+    found = np.array([tangent_of(a, s, RADII, n, s) for a, s, n in zip(end, start, normal, strict=True)], dtype=float)
     on = np.sum((found / RADII) ** 2, axis=1) - 1.0
     off = np.stack([on, np.sum(normal * (found - start), axis=1), np.sum(found * end / RADII**2, axis=1) - 1.0])
     assert np.mean(np.abs(off).max(axis=0) < 3e-4) > 0.97
-    got = evaluate(tangent_as_opensim, end, start, RADII, normal, start)
+    got = evaluate(tangent_as_opensim, end, start, RADII, normal, start, end)
     assert np.mean(np.linalg.norm(got - found, axis=1) < 1e-4) > 0.95
 
 
@@ -39,7 +39,7 @@ def test_an_end_on_the_ellipsoid_is_its_own_place():
     end = np.array([0.9, 0.0, 0.0])
     start, normal = np.array([0.0, 0.6, 0.0]), np.array([0.0, 0.0, 1.0])
     np.testing.assert_array_equal(tangent_of(end, start, RADII, normal, start), end)
-    np.testing.assert_allclose(evaluate(tangent_as_opensim, end, start, RADII, normal, start)[0], end, atol=1e-7)
+    np.testing.assert_allclose(evaluate(tangent_as_opensim, end, start, RADII, normal, start, end)[0], end, atol=1e-7)
 
 
 SEGMENTS = [  # between two places, m, and how long OpenSim 4.6 makes it round an ellipsoid of 35, 20 and 25 mm, side +x

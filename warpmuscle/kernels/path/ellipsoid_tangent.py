@@ -10,6 +10,7 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 
 FOUND = 1.0e-8  # sum of squares of what is to be 0
+LOST = 0.1  # the same where the search has found nothing
 ON_IT = 1.0e-4  # by which the squared distance of an end on the unit sphere may differ from 1
 STEPS, TRIES = 50, 100
 DAMPING = 0.01  # at first
@@ -35,12 +36,14 @@ def share_of_step(place: wp.vec3, end: wp.vec3) -> float:
 
 
 @func(inline=False)
-def tangent_as_opensim(end: wp.vec3, start: wp.vec3, radii: wp.vec3, normal: wp.vec3, through: wp.vec3) -> wp.vec3:
+def tangent_as_opensim(
+    end: wp.vec3, start: wp.vec3, radii: wp.vec3, normal: wp.vec3, through: wp.vec3, otherwise: wp.vec3
+) -> wp.vec3:
     """The place that the search finds for an end of a segment, from a place on the ellipsoid on.
 
     Args:
         end, start: in the axes of the ellipsoid, in numbers with which its radii are 1 on average.
-        normal, through: of the plane of the path, and a place in it.
+        normal, through: of the plane of the path, and a place in it. otherwise: the result where the search finds none.
     """
     square = wp.cw_mul(radii, radii)
     level = -wp.dot(normal, through)
@@ -91,4 +94,6 @@ def tangent_as_opensim(end: wp.vec3, start: wp.vec3, radii: wp.vec3, normal: wp.
         missed = tangent_errors(x, end, square, normal, level)
         now = wp.dot(missed, missed)
         before = now
+    if not (now <= LOST):  # nor where that is no number
+        return otherwise
     return wp.vec3(x[0], x[1], x[2])

@@ -255,13 +255,30 @@ def arc_as_opensim(
     return arc_on_ellipsoid(u, v, angle, radii)
 
 
+@func(inline=False)
+def touch_as_opensim(
+    p: wp.vec3, q: wp.vec3, c: wp.vec3, start: wp.vec3, first: wp.vec3, second: wp.vec3, r: wp.vec3, radii: wp.vec3,
+    side: int,
+) -> Touch:  # fmt: skip
+    """The touch whose places OpenSim's search finds from `start` on; the given ones where it finds none."""
+    end = wp.cw_mul(p, r)
+    other = wp.cw_mul(q, r)
+    through = wp.cw_mul(c, r)
+    begin = wp.cw_mul(start, r)
+    normal = wp.normalize(wp.cross(other - end, through - end))
+    reached = wp.cw_div(tangent_as_opensim(end, begin, r, normal, through, wp.cw_mul(first, r)), r)
+    left = wp.cw_div(tangent_as_opensim(other, begin, r, normal, through, wp.cw_mul(second, r)), r)
+    touch = Touch()
+    touch.kind = THROUGH
+    touch.first = wp.cw_mul(reached, radii)
+    touch.second = wp.cw_mul(left, radii)
+    touch.arc = arc_as_opensim(p, q, c, reached, left, radii, side)
+    return touch
+
+
 @cache
 def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
-    """The Warp function `ellipsoid_touch`.
-
-    Args:
-        smooth: whether no path jumps off the ellipsoid. as_opensim: see `guide_of`.
-    """
+    """The Warp function `ellipsoid_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see `guide_of`."""
     guide_to = guide_of(as_opensim)
 
     @func(inline=False)
@@ -316,17 +333,6 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
                 over = wp.clamp(depth / ENTERED, 0.0, 1.0)
                 c = nearest_on_ellipsoid(wp.lerp(guide.point, c, over), r, -1)
                 start = c
-        if wp.static(as_opensim):
-            end = wp.cw_mul(p, r)
-            other = wp.cw_mul(q, r)
-            across = wp.normalize(wp.cross(other - end, c - end))
-            reached = tangent_as_opensim(end, start, r, across, c)
-            left = tangent_as_opensim(other, start, r, across, c)
-            touch.kind = THROUGH
-            touch.first = reached / scale
-            touch.second = left / scale
-            touch.arc = arc_as_opensim(p, q, wp.cw_div(c, r), wp.cw_div(reached, r), wp.cw_div(left, r), radii, side)
-            return touch
         c = wp.cw_div(c, r)
         start = wp.cw_div(start, r)
         normal = wp.normalize(wp.cross(d, c - p))
@@ -337,14 +343,15 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         circle = wp.max(1.0 - wp.dot(middle, middle), 0.0)
         first = circle_tangent(p, middle, normal, circle, outward)
         second = circle_tangent(q, middle, normal, circle, outward)
+        if wp.static(as_opensim):
+            return touch_as_opensim(p, q, c, start, first, second, r, radii, side)
         u = first - middle
         w = second - middle
         # On from the first leg: the way that it reaches the circle.
         turn = wp.where(wp.dot(wp.cross(u, first - p), normal) < 0.0, -1.0, 1.0)
         v = wp.cross(normal, u) * turn
         angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
-        if angle < 0.0:
-            angle += 2.0 * wp.pi
+        angle = wp.where(angle < 0.0, angle + 2.0 * wp.pi, angle)
         if angle > wp.where(side == 0, wp.pi, NEARLY_ROUND):
             angle -= 2.0 * wp.pi
         touch.kind = THROUGH

@@ -77,11 +77,12 @@ def ellipsoid_touch(
             c = start = nearest(guide.point + (c - guide.point) * over, r)
     normal = np.cross(p - q, p - c)
     normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
-    if as_opensim:
-        first, second = tangent_of(p, start, r, normal, c), tangent_of(q, start, r, normal, c)
-        return _touch_as_opensim(p, q, first, second, c, normal, r, scale, side)
     first, second = _tangents(p / r, q / r, c / r, start / r)
     first, second = first * r, second * r
+    if as_opensim:
+        reached, left = (tangent_of(end, start, r, normal, c) for end in (p, q))
+        first, second = first if reached is None else reached, second if left is None else left
+        return _touch_as_opensim(p, q, first, second, c, normal, r, scale, side)
     return _touch(p, first, second, c, normal, r, scale, side)
 
 

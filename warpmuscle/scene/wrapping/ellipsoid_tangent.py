@@ -12,7 +12,9 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 
 FOUND = 1.0e-8  # sum of squares of what is to be 0
+LOST = 0.1  # the same where the search has found nothing
 ON_IT = 1.0e-4  # by which the squared distance of an end on the unit sphere may differ from 1
+ENDLESS = 1.0e12  # of the same, from which it does not come back
 STEPS, TRIES = 50, 1000
 DAMPING = 0.01  # at first
 PART = 1.0 / 16.0  # of a full step that is taken
@@ -20,8 +22,8 @@ STRAIGHT = 0.1  # cosine between the ways to the place and to the middle from wh
 SHORTER = 100  # by 1 less this power of it
 
 
-def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, through: Floats) -> Floats:
-    """The place (3,) that the search finds for an end of a segment, from a place on the ellipsoid on.
+def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, through: Floats) -> Floats | None:
+    """The place (3,) that the search finds for an end of a segment, from a place on the ellipsoid on; None: it is lost.
 
     Args:
         end, start: (3,) in the axes of the ellipsoid, in numbers with which its radii are 1 on average.
@@ -41,7 +43,7 @@ def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, throug
     now = before = float(missed @ missed)
     damping = DAMPING
     for _ in range(STEPS):
-        if now <= FOUND:
+        if now <= FOUND or not now < ENDLESS:
             break
         slopes = np.zeros((4, 4))
         slopes[:3] = np.column_stack([normal, 2.0 * x[:3] / square, 4.0 * x[:3] / square, 2.0 * end / square])
@@ -51,6 +53,8 @@ def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, throug
         for _ in range(TRIES):
             if now < before:
                 break
+            if not (now < ENDLESS and damping < ENDLESS):
+                return None
             damped = squares + np.diag(damping * np.diag(squares))
             step = share * PART * (np.linalg.pinv(damped) @ downward)
             x = x + step
@@ -58,7 +62,7 @@ def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, throug
             before, now, damping = now, float(missed @ missed), 4.0 * damping
         damping, more = damping / 8.0, 0.5
         for _ in range(TRIES):
-            if now > before:
+            if now > before or not now < ENDLESS:
                 break
             more *= 2.0
             x = x + step * more
@@ -67,7 +71,7 @@ def tangent_of(end: Floats, start: Floats, radii: Floats, normal: Floats, throug
         x = x - step * more
         missed = off(x)
         now = before = float(missed @ missed)
-    return x[:3]
+    return x[:3] if now <= LOST else None
 
 
 def _share(place: Floats, end: Floats) -> float:
