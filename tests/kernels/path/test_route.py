@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import warp as wp
+from scipy.spatial.transform import Rotation
 
 from muscle_arm import arm, leg
 from warpmuscle.core.arrays import structs_to_device
@@ -17,6 +18,7 @@ from warpmuscle.kernels.route_structs import RouteSpan, RouteWrap
 from warpmuscle.scene import (
     Condition,
     CylinderSurface,
+    EllipsoidSurface,
     Joint,
     Muscle,
     PointMotion,
@@ -157,6 +159,61 @@ def test_of_many_segments_the_one_goes_through_a_torus_whose_detour_is_the_short
     assert len(segments) > 4
     assert np.mean(off < 2e-5) > 0.95  # others have several nearest places, or have just begun to touch
     assert np.mean(off < 1e-3) > 0.99
+
+
+CROOKED = {  # points, angles about x, the new y and the new z axis and places of surfaces, m; what OpenSim 4.6 measures
+    "a turn back": (
+        [(-0.02, 1.1, 0.03), (-0.01, 1.0, 0.04), (0.0, 0.9, 0.03), (0.025, 0.749, 0.029), (0.0, 0.601, 0.034),
+         (-0.019, 0.502, 0.034)],
+        [("first", (0.0, 0.85, 0.03), (1.571, -0.171, 1.671), (0.01, 0.03)),
+         ("second", (0.009, 0.68, 0.028), (1.38, -0.081, 0.671), (0.008, 0.02))],
+        1.2873190495330946,
+    ),
+    "with an ellipsoid": (
+        [(-0.02, 1.1, 0.03), (-0.01, 1.0, 0.04), (0.0, 0.9, 0.03), (0.025, 0.749, 0.029), (0.0, 0.601, 0.034),
+         (-0.019, 0.502, 0.034)],
+        [("first", (0.0, 0.85, 0.03), (1.571, -0.171, 1.671), (0.01, 0.03)),
+         ("ball", (0.0, 0.8, 0.0), (-0.023, -0.492, 0.242), (0.03, 0.05, 0.04)),
+         ("second", (0.009, 0.68, 0.028), (1.38, -0.081, 0.671), (0.008, 0.02))],
+        1.5455938386234107,
+    ),
+    "another way": (
+        [(-0.02, 1.1, 0.03), (-0.01, 1.0, 0.04), (0.0, 0.9, 0.03), (-0.021, 0.758, 0.044), (0.026, 0.63, 0.107),
+         (0.06, 0.545, 0.147)],
+        [("first", (0.0, 0.85, 0.03), (1.571, -0.171, 1.671), (0.01, 0.03)),
+         ("second", (0.006, 0.699, 0.07), (1.095, 0.139, 2.633), (0.008, 0.02))],
+        1.2071432360239467,
+    ),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", CROOKED)
+def test_detours_are_measured_between_the_places_where_a_path_first_touched_other_surfaces(case: str):
+    """As in OpenSim: between those of the round itself, these paths would be 3.6 to 297 mm shorter or longer."""
+    points, surfaces, expected = CROOKED[case]
+    scene = arm()
+    character = scene.character
+    character.wrapping = "opensim"
+    for name, place, angles, sizes in surfaces:
+        at = tuple(np.subtract(place, (0.0, 1.0, 0.0)).tolist())  # the base hangs 1 m up
+        turn = tuple(Rotation.from_euler("XYZ", angles).as_rotvec().tolist())
+        made = TorusSurface("base", at, *sizes, turn) if len(sizes) == 2 else EllipsoidSurface("base", at, sizes, turn)
+        character.surfaces[name] = made
+    if "ball" in character.surfaces:
+        character.surfaces["ball"].side = "+x"
+    path = [ViaPoint("base", tuple(np.subtract(point, (0.0, 1.0, 0.0)).tolist())) for point in points[:-1]]
+    path.append(ViaPoint("tip", tuple(np.subtract(points[-1], (0.0, 0.8, 0.0)).tolist())))
+    character.muscles = {"long": Muscle(path=path, wraps=[Wrap(name) for name, *_ in surfaces], **GIVEN)}
+    stages = Stages(scene, 1, "cpu")
+    kinematics, length = stages.forward_kinematics(), stages.muscle_paths().length[0, 0]
+    poses = {
+        name: (kinematics["position"][0, k].astype(float), kinematics["orientation"][0, k].astype(float))
+        for k, name in enumerate(stages.names.bodies)
+    }
+    assert path_length(route_stops(character, character.muscles["long"], poses, {})) == pytest.approx(
+        expected, abs=1e-5
+    )
+    assert length == pytest.approx(expected, abs=1e-4)  # in single precision
 
 
 def test_a_surface_that_another_one_bends_a_route_onto_is_gone_round_though_a_third_holds_the_end():

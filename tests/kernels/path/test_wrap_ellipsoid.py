@@ -9,6 +9,7 @@ from scipy.integrate import quad
 from warpmuscle.kernels.path import wrap_ellipsoid
 from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT, Guide
 from warpmuscle.kernels.path.wrap_touch import BESIDE, FREE, Touch
+from warpmuscle.scene.wrapping import ellipsoid as on_host
 
 RADII = np.array([0.035, 0.02, 0.025])
 METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
@@ -220,3 +221,16 @@ def test_round_a_ball_every_path_is_the_shortest_one_also_from_close_by():
     clear = (arc > 0.02) & (angle < 3.0)  # nearly opposite, the plane is anyone's
     assert clear.sum() > 1000
     np.testing.assert_allclose(length[clear], expected[clear], atol=2e-5)
+
+
+@pytest.mark.parametrize("method", METHODS)
+def test_a_segment_that_only_touches_runs_straight(method: str):
+    """Along each axis beside each of the others, at exactly the radius: no part of it is within."""
+    along = 0.06 * np.eye(3)[[0, 0, 1, 1, 2, 2]]
+    beside = np.diag(RADII)[[1, 2, 0, 2, 0, 1]]
+    a, b = beside + along, beside - along
+    got = launched(touches, Touch, a, b, RADII, 0, 0, METHODS[method])
+    assert got["kind"].tolist() == [FREE] * 6
+    with np.errstate(all="raise"):
+        kinds = [on_host.ellipsoid_touch(*ends, RADII, 0, 0, method).kind for ends in zip(a, b, strict=True)]
+    assert kinds == [FREE] * 6

@@ -1,6 +1,7 @@
 """Where a line is nearest to the circle within a torus: against MINPACK, whose search OpenSim's path follows."""
 
 import numpy as np
+import pytest
 from probes import evaluate
 from scipy.optimize import leastsq
 
@@ -8,6 +9,7 @@ from warpmuscle.kernels.path import wrap_torus
 from warpmuscle.kernels.path.wrap_cylinder import IN_PLANE
 from warpmuscle.kernels.path.wrap_touch import BESIDE
 from warpmuscle.scene import TorusSurface
+from warpmuscle.scene.wrapping import torus
 from warpmuscle.scene.wrapping.route import touch
 
 
@@ -28,10 +30,14 @@ class Line:
         bend = self.n[:2] @ self.n[:2] / flat - (place[:2] @ self.n[:2]) ** 2 / flat**3
         return float(2.0 - 4.0 * self.ring * bend)
 
-    def found(self) -> np.ndarray:
-        """Where Levenberg's and Marquardt's method as MINPACK has it ends, from a on."""
-        options = {"factor": 0.2, "ftol": 1e-4, "xtol": 1e-4, "gtol": 0.0, "maxfev": 100}
-        u = leastsq(lambda u: self.excess(u[0]), [0.0], Dfun=lambda u: [[self.slope(u[0])]], **options)[0][0]
+    def found(self, ahead: float = 0.0) -> np.ndarray:
+        """Where Levenberg's and Marquardt's method as MINPACK has it ends, from a on; with slopes over that, if any."""
+        options = {"factor": 0.2, "ftol": 1e-4, "xtol": 1e-4, "gtol": 0.0, "maxfev": 400}
+
+        def slope(u: float) -> float:
+            return (self.excess(u + ahead) - self.excess(u)) / ahead if ahead else self.slope(u)
+
+        u = leastsq(lambda u: self.excess(u[0]), [0.0], Dfun=lambda u: [[slope(u[0])]], **options)[0][0]
         return self.a + u * self.n
 
 
@@ -58,6 +64,43 @@ def test_of_several_nearest_places_the_one_is_found_that_minpack_finds():
         off = np.linalg.norm(got - expected, axis=1)
         assert np.mean(off < 0.004 * size) > 0.9985
         assert np.median(off) < 1e-5 * size
+
+
+def test_opensims_search_takes_differences_over_ten_micrometres():
+    """MINPACK's steps with such slopes to the last digits in float64, and within the digits of a GPU's numbers."""
+    ends = (np.random.default_rng(2).normal(size=(1500, 2, 3)) * 0.05).astype(np.float32).astype(float)
+    expected = np.array([Line(*pair, 0.04).found(1e-5) for pair in ends])
+    on_host = np.array([torus.place_from(*pair, 0.04) for pair in ends])
+    assert np.mean(np.linalg.norm(on_host - expected, axis=1) < 1e-12) > 0.999
+    off = np.linalg.norm(evaluate(wrap_torus.place_as_opensim, ends[:, 0], ends[:, 1], 0.04) - expected, axis=1)
+    assert np.mean(off < 2e-4) > 0.9985
+    assert np.mean(off < 1e-6) > 0.98
+
+
+@pytest.mark.parametrize(
+    ("a", "b", "center"),
+    [
+        (  # the search ends before it is where it would go, at 8e-6 m from there
+            (0.034684588143250046, 0.09487475591215755, -0.00805625813452542),
+            (0.03850316736376841, -0.02265295090001576, -0.019998265383426996),
+            (0.021181351463677986, -0.005945616046478804, 0.0),
+        ),
+        (
+            (0.02424179721890204, -0.019362764256606064, 0.08366970330946194),
+            (0.039820188546672325, -0.0345365163538951, 0.12182562981919857),
+            (0.021965823405733487, -0.0012258067172808318, 0.0),
+        ),
+    ],
+)
+def test_the_ring_is_met_where_opensim_meets_it(a, b, center):
+    """What WrapTorus::findClosestPoint of OpenSim 4.6 gives for a ring of 22 mm."""
+    ends = np.array(a), np.array(b)
+    place = min((torus.place_from(*ends, 0.022), torus.place_from(*ends[::-1], 0.022)), key=distance)
+    np.testing.assert_allclose(place[:2] * 0.022 / np.hypot(*place[:2]), center[:2], rtol=0.0, atol=1e-13)
+
+
+def distance(place: np.ndarray) -> float:
+    return float(np.hypot(np.hypot(*place[:2]) - 0.022, place[2]))
 
 
 def test_where_there_is_one_nearest_place_beyond_doubt_both_searches_end_there():

@@ -7,7 +7,14 @@ from warpmuscle.core.errors import SceneError
 from warpmuscle.core.pose import about
 from warpmuscle.formats.toml import dumps, loads
 from warpmuscle.scene import Body, Character, Constraint, Ground, Joint, JointState, Scene
-from warpmuscle.scene.constraints.pose import constraint_errors, meeting_speeds, nearest_pose, slopes, start_coordinates
+from warpmuscle.scene.constraints.pose import (
+    constraint_errors,
+    meeting_speeds,
+    nearest_pose,
+    slopes,
+    start_coordinates,
+    stray_pose,
+)
 from warpmuscle.scene.scaling import scaled_segments
 from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.scene import check_scene
@@ -60,6 +67,20 @@ def test_the_nearest_pose_changes_coordinates_least():
     along = np.linalg.svd(slope)[2][2:]  # in which constraints leave coordinates free
     np.testing.assert_allclose(along @ change, 0.0, atol=1e-7)
     assert 0.0 < np.linalg.norm(change) < 1.5
+
+
+def test_rods_in_line_come_closer_by_the_law_of_cosines():
+    """Two rods of 0.4 m hang straight, and the end of the second is held 0.7 m from where the first one hangs."""
+    scene = pair("distance", distance=0.7)
+    held = scene.character.constraints["held"]
+    held.other_body, held.other_position = "bar", (0.0, 0.0, 0.15)
+    names, chosen = topology(scene.character), [7, 9]  # ja and jb
+    start, far = start_coordinates(scene, names), np.full(2, 1e3)
+    _, missing = nearest_pose(scene.character, names, start, chosen, -far, far)
+    assert missing == pytest.approx(0.1, abs=1e-9)
+    q, missing = stray_pose(scene.character, names, start, chosen, -far, far)
+    assert missing < 1e-8
+    np.testing.assert_allclose(np.abs(q[0, chosen]), [0.0, np.arccos((0.7**2 - 2 * 0.4**2) / (2 * 0.4**2))], atol=1e-6)
 
 
 def test_coordinates_stay_within_their_bounds_and_what_is_missing_is_told():

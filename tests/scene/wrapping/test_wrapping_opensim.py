@@ -107,14 +107,16 @@ def ours(surface: Surface, where: int, ends: np.ndarray) -> tuple[np.ndarray, in
         (cylinder, CylinderSurface("b", ZERO, 0.03, 0.2, side="-y"), AMONG_OTHERS, 1e-9),
         (sphere, SphereSurface("b", ZERO, 0.03), IN_PLANE, 1e-9),
         (sphere, SphereSurface("b", ZERO, 0.03, side="-z"), IN_PLANE, 1e-9),
-        (ellipsoid, EllipsoidSurface("b", ZERO, RADII), IN_PLANE, 1e-5),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04), IN_PLANE, 1e-4),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04, side="+x"), IN_PLANE, 1e-4),
-        (torus, TorusSurface("b", ZERO, 0.012, 0.04), AMONG_OTHERS, 1e-4),
+        (ellipsoid, EllipsoidSurface("b", ZERO, RADII), IN_PLANE, 1e-7),
+        (ellipsoid, EllipsoidSurface("b", ZERO, RADII, side="+x"), IN_PLANE, 1e-7),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04), IN_PLANE, 1e-9),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04, side="+x"), IN_PLANE, 1e-9),
+        (torus, TorusSurface("b", ZERO, 0.012, 0.04), AMONG_OTHERS, 1e-9),
     ],
     ids=[
         "cylinder", "cylinder +x", "cylinder -y", "cylinder among others", "cylinder +x among others",
-        "cylinder -y among others", "sphere", "sphere -z", "ellipsoid", "torus", "torus +x", "torus among others",
+        "cylinder -y among others", "sphere", "sphere -z", "ellipsoid", "ellipsoid +x", "torus", "torus +x",
+        "torus among others",
     ],
 )  # fmt: skip
 def test_paths_round_a_surface_are_as_long_as_opensims(make: Any, surface: Surface, where: int, within: float):
@@ -122,4 +124,7 @@ def test_paths_round_a_surface_are_as_long_as_opensims(make: Any, surface: Surfa
     expected = lengths(make, ends, surface.side or "all", where == AMONG_OTHERS)
     found, touching = ours(surface, where, ends)
     assert touching > 15
-    np.testing.assert_allclose(found, expected, rtol=0.0, atol=within)
+    known = np.isfinite(expected)  # round ellipsoids, OpenSim's are not always
+    assert np.isfinite(found).all()
+    assert known.mean() > 0.96
+    np.testing.assert_allclose(found[known], expected[known], rtol=0.0, atol=within)

@@ -9,7 +9,14 @@ from warpmuscle.formats.mujoco.reference import WORLD, Reference
 from warpmuscle.formats.osim.build_skeleton import state_at
 from warpmuscle.formats.osim.placement import quaternion
 from warpmuscle.scene import Constraint, Scene
-from warpmuscle.scene.constraints.pose import is_kinematic, meeting_speeds, movers, nearest_pose, start_coordinates
+from warpmuscle.scene.constraints.pose import (
+    is_kinematic,
+    meeting_speeds,
+    movers,
+    nearest_pose,
+    start_coordinates,
+    stray_pose,
+)
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import topology
 
@@ -102,6 +109,8 @@ def _close(reference: Reference, scene: Scene) -> bool:
     before = start_coordinates(scene, names)
     far = np.full(len(free), ENDLESS)
     q, missing = nearest_pose(character, names, before, chosen, -far, far)
+    if missing > MISSED:
+        q, missing = stray_pose(character, names, before, chosen, -far, far)
     if missing > MISSED:
         return False
     speeds = meeting_speeds(character, names, q, chosen, np.zeros(len(chosen)))

@@ -17,7 +17,8 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
-from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_of, bends_of
+from warpmuscle.kernels.path.route_bend import bend_of
+from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bends_of
 from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
 from warpmuscle.kernels.path.route_rows import lay_of
 from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of

@@ -15,6 +15,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.path.ellipsoid_tangent import tangent_as_opensim
 from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
 
 HYBRID, MIDPOINT, AXIAL = 0, 1, 2
@@ -28,6 +29,7 @@ TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that st
 SMALLEST = 1.0e-12
 ENDLESS = 1.0e30
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
+PIECE = 1.0e-3  # m, of OpenSim's arcs
 ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
@@ -223,13 +225,60 @@ def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
     return 0.5 * angle * total
 
 
-@cache
-def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
-    """The Warp function `ellipsoid_touch`.
+@func(inline=False)
+def arc_as_opensim(
+    p: wp.vec3, q: wp.vec3, c: wp.vec3, first: wp.vec3, second: wp.vec3, radii: wp.vec3, side: int
+) -> float:
+    """Length of the arc of a path between two places, which is the long way round if the short one leads back.
 
     Args:
-        smooth: whether no path jumps off the ellipsoid. as_opensim: see `guide_of`.
+        p, q, c, first, second: ends of the segment, a place in the plane of the path, and where it touches, in the axes
+            where the ellipsoid is a unit sphere. radii: m. side: 0 if the short way counts at all events.
     """
+    chord = wp.length(wp.cw_mul(radii, second - first))
+    if chord < PIECE:
+        return chord
+    normal = wp.normalize(wp.cross(q - p, c - p))
+    middle = normal * wp.dot(normal, c)
+    u = first - middle
+    w = second - middle
+    v = wp.cross(normal, u)
+    if wp.dot(v, w) < 0.0:
+        v = -v
+    angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
+    onward = wp.cw_mul(radii, v)
+    backward = wp.cw_mul(radii, u * wp.sin(angle) - v * wp.cos(angle))
+    back = wp.dot(onward, wp.cw_mul(radii, p - first)) > 0.0 or wp.dot(backward, wp.cw_mul(radii, q - second)) > 0.0
+    if side != 0 and chord >= 2.0 * PIECE and back:
+        v = -v
+        angle = 2.0 * wp.pi - angle
+    return arc_on_ellipsoid(u, v, angle, radii)
+
+
+@func(inline=False)
+def touch_as_opensim(
+    p: wp.vec3, q: wp.vec3, c: wp.vec3, start: wp.vec3, first: wp.vec3, second: wp.vec3, r: wp.vec3, radii: wp.vec3,
+    side: int,
+) -> Touch:  # fmt: skip
+    """The touch whose places OpenSim's search finds from `start` on; the given ones where it finds none."""
+    end = wp.cw_mul(p, r)
+    other = wp.cw_mul(q, r)
+    through = wp.cw_mul(c, r)
+    begin = wp.cw_mul(start, r)
+    normal = wp.normalize(wp.cross(other - end, through - end))
+    reached = wp.cw_div(tangent_as_opensim(end, begin, r, normal, through, wp.cw_mul(first, r)), r)
+    left = wp.cw_div(tangent_as_opensim(other, begin, r, normal, through, wp.cw_mul(second, r)), r)
+    touch = Touch()
+    touch.kind = THROUGH
+    touch.first = wp.cw_mul(reached, radii)
+    touch.second = wp.cw_mul(left, radii)
+    touch.arc = arc_as_opensim(p, q, c, reached, left, radii, side)
+    return touch
+
+
+@cache
+def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
+    """The Warp function `ellipsoid_touch`; `smooth`: of one off which no path jumps; `as_opensim`: see `guide_of`."""
     guide_to = guide_of(as_opensim)
 
     @func(inline=False)
@@ -264,7 +313,7 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         half = wp.dot(p, d)
         near = p - d * (half / square)
         depth = 1.0 - wp.dot(near, near)
-        if depth < 0.0:
+        if depth <= 0.0:  # one that only touches has no part within
             return touch
         reach = wp.sqrt(depth / square)
         into = -half / square - reach
@@ -294,14 +343,15 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         circle = wp.max(1.0 - wp.dot(middle, middle), 0.0)
         first = circle_tangent(p, middle, normal, circle, outward)
         second = circle_tangent(q, middle, normal, circle, outward)
+        if wp.static(as_opensim):
+            return touch_as_opensim(p, q, c, start, first, second, r, radii, side)
         u = first - middle
         w = second - middle
         # On from the first leg: the way that it reaches the circle.
         turn = wp.where(wp.dot(wp.cross(u, first - p), normal) < 0.0, -1.0, 1.0)
         v = wp.cross(normal, u) * turn
         angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
-        if angle < 0.0:
-            angle += 2.0 * wp.pi
+        angle = wp.where(angle < 0.0, angle + 2.0 * wp.pi, angle)
         if angle > wp.where(side == 0, wp.pi, NEARLY_ROUND):
             angle -= 2.0 * wp.pi
         touch.kind = THROUGH

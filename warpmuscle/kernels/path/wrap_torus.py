@@ -19,6 +19,9 @@ STEPS = 20  # of the search for the nearest place, more than it needs
 FIRST_REACH = 0.2  # of the search, times the slope at its start
 TOLERANCE = 1.0e-4  # of the square of what is to be 0, and of the distance, to their values before
 WORTHLESS = 1.0e-4  # share of the expected gain below which a step is not taken
+AHEAD = 1.0e-5  # m, over which OpenSim's search takes differences
+DAMPINGS = 10  # that are tried for a step
+OPENSIM_STEPS = 100  # more than it needs
 SMALLEST = 1.0e-12
 STEEP = 0.25  # of a ring by the bend of the distance from the axis, up to which there is one place beyond doubt
 
@@ -96,6 +99,82 @@ def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
 
 
 @func
+def damped_step(f: float, slope: float, scale: float, reach: float, damping: float) -> wp.vec2:
+    """A step's length and the damping with which, times the scale, it is within a tenth of the reach (lmpar).
+
+    Args:
+        f, slope: of the function, absolute values. damping: of the step before, with which the search begins.
+    """
+    step = f / slope
+    size = scale * step
+    if size <= 1.1 * reach:
+        return wp.vec2(step, 0.0)
+    part = slope / scale
+    least = (size / reach - 1.0) * part * part
+    held = wp.min(wp.max(damping, least), part * f / reach)
+    for _ in range(DAMPINGS):
+        square = part * part + held
+        step = part * f / (scale * square)
+        over = scale * step / reach - 1.0
+        if wp.abs(over) <= 0.1:
+            break
+        if over > 0.0:
+            least = wp.max(least, held)
+        held = wp.max(least, held + over * square)
+    return wp.vec2(step, held)
+
+
+@func(inline=False)
+def place_as_opensim(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
+    """What `place_from` finds where slopes are those over AHEAD, in the middle of it, and steps are OpenSim's, too."""
+    n = wp.normalize(b - a)
+    along = wp.dot(a, n)
+    flat = a[0] * n[0] + a[1] * n[1]
+    square = n[0] * n[0] + n[1] * n[1]
+    rest = a[0] * a[0] + a[1] * a[1]
+    u = wp.float32(0.0)
+    f = circle_slope(u, along, flat, square, rest, ring)[0]
+    slope = circle_slope(0.5 * AHEAD, along, flat, square, rest, ring)[1]
+    scale = wp.float32(0.0)
+    reach = wp.float32(FIRST_REACH)
+    damping = wp.float32(0.0)
+    moved = wp.bool(False)
+    for _ in range(OPENSIM_STEPS):
+        if f == 0.0 or slope == 0.0:
+            break
+        scale = wp.max(scale, wp.abs(slope))
+        damped = damped_step(wp.abs(f), wp.abs(slope), scale, reach, damping)
+        damping = damped[1]
+        size = scale * damped[0]
+        step = -wp.sign(f * slope) * damped[0]
+        if not moved:
+            reach = wp.min(reach, size)
+        after = circle_slope(u + step, along, flat, square, rest, ring)[0]
+        left = wp.abs(after / f)
+        gain = wp.where(left < 10.0, 1.0 - left * left, -1.0)
+        straight = (slope * step / f) * (slope * step / f)
+        held = damping * (size / f) * (size / f)
+        expected = straight + 2.0 * held
+        if gain <= 0.25 * expected:
+            before = reach
+            reach = narrowed(reach, size, gain, straight + held, left, 1.0)
+            damping = damping * wp.min(before, 10.0 * size) / reach
+        elif damping == 0.0 or gain >= 0.75 * expected:
+            reach = 2.0 * size
+            damping = 0.5 * damping
+        if gain >= WORTHLESS * expected:
+            moved = True
+            u += step
+            f = after
+            slope = circle_slope(u + 0.5 * AHEAD, along, flat, square, rest, ring)[1]
+        if wp.abs(gain) <= TOLERANCE and expected <= TOLERANCE and gain <= 2.0 * expected:
+            break
+        if reach <= TOLERANCE * scale * wp.abs(u):
+            break
+    return a + n * u
+
+
+@func
 def one_place(a: wp.vec3, b: wp.vec3, ring: float) -> bool:
     """Whether the search ends at the same place from a and from b, for what it makes 0 grows all along the line.
 
@@ -136,6 +215,7 @@ def least_detour(a: wp.vec3, b: wp.vec3, section: float) -> float:
 def torus_touch_of(as_opensim: bool) -> Any:
     """The Warp function `torus_touch`; `as_opensim`: whether its arc is OpenSim's, see `wrap_cylinder.py`."""
     cylinder_touch = cylinder_touch_of(False, as_opensim)
+    search = place_as_opensim if as_opensim else place_from
 
     @func(inline=False)
     def torus_touch(a: wp.vec3, b: wp.vec3, section: float, ring: float, axis: int, side: int, where: int) -> Touch:
@@ -146,10 +226,10 @@ def torus_touch_of(as_opensim: bool) -> Any:
             axis, side: the half of the circle that a path must be near: the axis, and 1 or -1; side 0: both.
         """
         touch = Touch()
-        place = place_from(a, b, ring)
+        place = search(a, b, ring)
         other = wp.vec3(place)
-        if not one_place(a, b, ring):
-            other = place_from(b, a, ring)
+        if wp.static(as_opensim) or not one_place(a, b, ring):
+            other = search(b, a, ring)
         if side == 0:
             if from_circle(other, ring) <= from_circle(place, ring):
                 place = other

@@ -19,6 +19,9 @@ LONGEST = 0.2  # rad or m, by which an iteration moves a coordinate
 MOST = 100  # iterations
 SETTLED = 1.0e-11  # rad and m
 DEPENDENT = 1.0e-7  # of the largest singular value: rows that say what others do
+MET = 1.0e-8  # m or rad
+STRAYS = 4  # other poses that `stray_pose` sets out from ...
+STRAY, SEED = 0.3, 1  # rad or m, how far they are on average
 
 Poses = dict[str, tuple[Floats, Floats]]
 
@@ -115,7 +118,32 @@ def nearest_pose(
     Args:
         chosen: coordinates that may change. low, high: (k,) their bounds.
     """
-    start, now = q[0, chosen].copy(), np.clip(q[0, chosen], low, high)
+    return _approached(character, names, q, q[0, chosen], chosen, low, high)
+
+
+def stray_pose(
+    character: Character, names: Topology, q: Floats, chosen: list[int], low: Floats, high: Floats
+) -> tuple[Floats, float]:
+    """The same from other poses near by: two rods in line that are to come closer have no way that is the nearest.
+
+    The result is the nearest pose that meets the constraints, or the one that misses them least.
+    """
+    found, missing, nearest = q, math.inf, math.inf
+    random = np.random.default_rng(SEED)
+    for _ in range(STRAYS):
+        begin = q[0, chosen] + random.normal(size=len(chosen), scale=STRAY)
+        pose, left = _approached(character, names, q, begin, chosen, low, high)
+        far = float(np.linalg.norm(pose[0, chosen] - q[0, chosen])) if left <= MET else math.inf
+        if far < nearest or (nearest == math.inf and left < missing):
+            found, missing, nearest = pose, left, far
+    return found, missing
+
+
+def _approached(
+    character: Character, names: Topology, q: Floats, begin: Floats, chosen: list[int], low: Floats, high: Floats
+) -> tuple[Floats, float]:
+    """The pose that `nearest_pose` finds from chosen coordinates (k,) to begin with."""
+    start, now = q[0, chosen].copy(), np.clip(begin, low, high)
     pose = q.copy()
     for _ in range(MOST):
         pose[0, chosen] = now

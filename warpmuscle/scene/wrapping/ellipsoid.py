@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.scene.wrapping.ellipsoid_tangent import tangent_of
 from warpmuscle.scene.wrapping.touch import INSIDE, THROUGH, Touch, kept_size, sign, untouched
 
 FAN, AXIAL = 0.7073, 0.9  # cosines of the greatest angle to an axis, between which the methods blend
@@ -34,13 +35,20 @@ class Guide(NamedTuple):
 
 
 def ellipsoid_touch(
-    a: Floats, b: Floats, full: Floats, axis: int, side: int, method: str, smooth: bool = False
+    a: Floats,
+    b: Floats,
+    full: Floats,
+    axis: int,
+    side: int,
+    method: str,
+    smooth: bool = False,
+    as_opensim: bool = False,
 ) -> Touch:
     """How a segment from a to b, (3,) m, goes round an ellipsoid, which it only does where it would run through it.
 
     Args:
         full: radii. smooth: the ellipsoid shrinks as an end of the segment goes inside, and a path comes over to its
-            side as the segment goes in.
+            side as the segment goes in. as_opensim: places are those of OpenSim's search, see `ellipsoid_tangent.py`.
         axis, side: the half of the ellipsoid that a path must stay on: the axis, and 1 or -1; 0: both halves.
     """
     share = kept_size(float(min(np.linalg.norm(a / full), np.linalg.norm(b / full)))) if smooth else 1.0
@@ -67,10 +75,14 @@ def ellipsoid_touch(
         if smooth:
             over = min(_depth(p / r, q / r) / ENTERED, 1.0)
             c = start = nearest(guide.point + (c - guide.point) * over, r)
-    first, second = _tangents(p / r, q / r, c / r, start / r)
-    first, second = first * r, second * r
     normal = np.cross(p - q, p - c)
     normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
+    first, second = _tangents(p / r, q / r, c / r, start / r)
+    first, second = first * r, second * r
+    if as_opensim:
+        reached, left = (tangent_of(end, start, r, normal, c) for end in (p, q))
+        first, second = first if reached is None else reached, second if left is None else left
+        return _touch_as_opensim(p, q, first, second, c, normal, r, scale, side)
     return _touch(p, first, second, c, normal, r, scale, side)
 
 
@@ -83,6 +95,22 @@ def _touch(
         return Touch(THROUGH, first / scale, second / scale, chord)
     pieces = min(int(chord / PIECE), 499)
     points = _arc(first, second, c, normal, r, pieces, side != 0 and _goes_far(p / r, first / r, second / r, c / r))
+    length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
+    return Touch(THROUGH, first / scale, second / scale, length / scale)
+
+
+def _touch_as_opensim(
+    p: Floats, q: Floats, first: Floats, second: Floats, c: Floats, normal: Floats, r: Floats, scale: float, side: int
+) -> Touch:
+    """The same where the arc is the long way round if its first or last piece leads back to an end."""
+    chord = float(np.linalg.norm(second - first)) / scale
+    if chord < PIECE:
+        return Touch(THROUGH, first / scale, second / scale, chord)
+    pieces = min(int(chord / PIECE), 499)
+    points = _arc(first, second, c, normal, r, pieces, False)
+    back = float((points[1] - first) @ (p - first)) > 0.0 or float((points[-2] - second) @ (q - second)) > 0.0
+    if side != 0 and len(points) > 2 and back:
+        points = _arc(first, second, c, normal, r, pieces, True)
     length = float(np.linalg.norm(np.diff(points, axis=0), axis=1).sum())
     return Touch(THROUGH, first / scale, second / scale, length / scale)
 
@@ -110,7 +138,7 @@ def _chord(p: Floats, q: Floats) -> tuple[float, float] | None:
     if under < 0.0:
         return None
     t = (-half - math.sqrt(under)) / square, (-half + math.sqrt(under)) / square
-    return t if 0.0 < t[0] < 1.0 and 0.0 < t[1] < 1.0 else None
+    return t if 0.0 < t[0] < t[1] < 1.0 else None  # one that only touches has no part within
 
 
 def _depth(p: Floats, q: Floats) -> float:

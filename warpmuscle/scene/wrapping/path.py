@@ -46,6 +46,7 @@ def wrapped(
 
     OpenSim measures straight segments between the places where the path first reached and left each surface, which
     are cached in its state, though all rounds go on from the new ones; lengths on surfaces are those of the last round.
+    Between these places it also measures the detours of which it chooses the shortest.
 
     Args:
         points: (3,) m each, world. active: which of them count. surfaces: in the order of the path's wraps.
@@ -58,7 +59,7 @@ def wrapped(
         kinds = []
         for wrap in order:
             stops = [stop for stop in stops if stop.wrap != wrap]
-            stops, kind = _round(stops, wrap, surfaces)
+            stops, kind = _round(stops, wrap, surfaces, first)
             if not exact and (around := [stop.place for stop in stops if stop.wrap == wrap]):
                 first.setdefault(wrap, around)
             kinds.append(kind)
@@ -87,9 +88,11 @@ def path_length(stops: Sequence[Stop]) -> float:
     return total
 
 
-def _round(stops: list[Stop], wrap: int, surfaces: Sequence[Placed]) -> tuple[list[Stop], int]:
+def _round(
+    stops: list[Stop], wrap: int, surfaces: Sequence[Placed], first: Mapping[int, list[Floats]]
+) -> tuple[list[Stop], int]:
     """The stops with those where the path reaches and leaves a surface, and what its last segment did there."""
-    surface, kind = surfaces[wrap], FREE
+    surface, kind, measured = surfaces[wrap], FREE, _kept(stops, first)
     own = [k for k, stop in enumerate(stops) if stop.point >= 0 and surface.first <= stop.point <= surface.last]
     best: tuple[float, int, list[Stop]] | None = None
     for k in range(own[0], own[-1]) if own else ():
@@ -100,8 +103,9 @@ def _round(stops: list[Stop], wrap: int, surfaces: Sequence[Placed]) -> tuple[li
         touch = surface.touch(*ends)
         kind = touch.kind
         if kind in (BESIDE, THROUGH):
-            first, second = (surface.position + surface.rotation @ place for place in (touch.first, touch.second))
-            around = [Stop(first, wrap=wrap), Stop(second, wrap=wrap, length=touch.length)]
+            reached, left = (surface.position + surface.rotation @ place for place in (touch.first, touch.second))
+            around = [Stop(reached, wrap=wrap), Stop(left, wrap=wrap, length=touch.length)]
+            a, b = measured[k], measured[k + 1]
             detour = path_length([a, *around, b]) - float(np.linalg.norm(b.place - a.place))
             if kind == THROUGH or best is None or detour < best[0]:
                 best = detour, k, around

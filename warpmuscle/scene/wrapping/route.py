@@ -91,7 +91,7 @@ def touch(surface: Surface, method: str, where: int, a: Floats, b: Floats, smoot
     if isinstance(surface, SphereSurface):
         return sphere_touch(a, b, plain_number(surface.radius), *half_of(surface), smooth)
     if isinstance(surface, EllipsoidSurface):
-        return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method, smooth)
+        return ellipsoid_touch(a, b, plain_vector(surface.radii), *half_of(surface), method, smooth, as_opensim)
     radii = plain_number(surface.inner_radius), plain_number(surface.outer_radius)
     return torus_touch(a, b, *radii, *half_of(surface), where, as_opensim)
 

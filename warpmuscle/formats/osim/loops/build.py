@@ -15,7 +15,14 @@ from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.placement import Placement, direction, quaternion
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.scene import Constraint, Scene
-from warpmuscle.scene.constraints.pose import is_kinematic, meeting_speeds, movers, nearest_pose, start_coordinates
+from warpmuscle.scene.constraints.pose import (
+    is_kinematic,
+    meeting_speeds,
+    movers,
+    nearest_pose,
+    start_coordinates,
+    stray_pose,
+)
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import topology
 
@@ -65,6 +72,8 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     if beyond:
         wide = np.broadcast_to(ENDLESS, bounds.shape)
         q, missing = nearest_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
+    if missing > MISSED:
+        q, missing = stray_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
     if missing > MISSED:
         raise refused(model, model.loops[0].line, _missed(model, missing, coordinates))
     speeds = meeting_speeds(character, names, q, chosen, np.array([one.speed for one in own]))
