@@ -1,5 +1,7 @@
 """Optimisation: reproducible, honest about its best, and able to stop early. For going on later see test_resume."""
 
+import signal
+
 import msgspec
 import numpy as np
 import pytest
@@ -16,6 +18,7 @@ from warpmuscle.optimization.replay import Replayer
 from warpmuscle.optimization.resume import resume
 from warpmuscle.optimization.unit_cube import from_unit, to_unit
 from warpmuscle.results.result import write
+from warpmuscle.scene import SearchStage
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import Parameter, free_parameters, start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
@@ -130,6 +133,30 @@ def test_interrupt_keeps_what_has_ended(scene):
     result = optimize(scene, candidates=200, seed=3, device="cpu", progress=interrupt)
     assert 0 < len(result.evaluations.cost) <= 200
     assert not np.any(result.evaluations.status == Status.RUNNING)
+
+
+class CtrlC:
+    """One that comes while this is taken apart, where Python swallows what is raised."""
+
+    def __del__(self):
+        signal.raise_signal(signal.SIGINT)
+
+
+@pytest.mark.parametrize("stages", [False, True])
+def test_an_interruption_is_heeded_wherever_it_comes(scene, stages, hears_ctrl_c):
+    came = []
+
+    def interrupt(progress):
+        if progress.done > 0 and not came:
+            came.append(progress.done)
+            CtrlC()
+
+    parts = [SearchStage("first", candidates=100), SearchStage("second")] if stages else []
+    searched = msgspec.structs.replace(scene, stages=parts)
+    result = optimize(searched, candidates=200, seed=3, device="cpu", progress=interrupt)
+    assert result.searched.ended == "interrupted"
+    assert 0 < len(result.evaluations.cost) < 100
+    assert signal.getsignal(signal.SIGINT) is signal.default_int_handler
 
 
 def test_interrupt_before_any_candidate_has_ended_is_an_error(scene):

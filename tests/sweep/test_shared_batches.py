@@ -2,21 +2,12 @@
 
 import signal
 import threading
-from collections.abc import Iterator
 from types import SimpleNamespace
 from typing import Any
 
 import pytest
 
 from warpmuscle.sweep import shared_batches
-
-
-@pytest.fixture
-def hears_ctrl_c() -> Iterator[None]:
-    """Hear Ctrl-C also where tests run in the background of a shell, which ignores it."""
-    before = signal.signal(signal.SIGINT, signal.default_int_handler)
-    yield
-    signal.signal(signal.SIGINT, before)
 
 
 def test_an_interruption_while_an_optimisation_starts_waits_until_it_is_back(

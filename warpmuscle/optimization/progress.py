@@ -57,6 +57,7 @@ class Tracker:
         meanwhile: called before the kernel is compiled, and again and again while batches run, if there is anything to
             do besides.
         stopped: why the optimisation is to end before its next batch; empty to go on.
+        interrupted: whether an interruption has been noticed, which `heed` and `running` raise.
     """
 
     def __init__(self, candidates: int, until: float | None, tell: Callable[[Progress], None] | None) -> None:
@@ -64,6 +65,7 @@ class Tracker:
         self.done, self.best = 0, np.inf
         self.meanwhile: Callable[[], None] | None = None
         self.stopped = ""
+        self.interrupted: Callable[[], bool] = lambda: False
         self._candidates, self._until, self._tell = candidates, until, tell
         self._begin, self._begun = time.monotonic(), False
         self._quiet_until = 0.0
@@ -120,7 +122,12 @@ class Tracker:
             self._computed += time.monotonic() - begin
 
     def running(self, trials: CandidateBatch) -> None:
-        """Tell of a batch that runs, more rarely where it takes long to find out how far a large one has come."""
+        """Tell of a batch that runs, more rarely where it takes long to find out how far a large one has come.
+
+        Raises:
+            KeyboardInterrupt: see `heed`.
+        """
+        self.heed()
         if self.meanwhile is not None:
             self.meanwhile()
         begin = time.monotonic()
@@ -130,6 +137,11 @@ class Tracker:
         took = time.monotonic() - begin
         self._computed -= took  # in which the device waited
         self._quiet_until = begin + max(INTERVAL, took / TELLING)
+
+    def heed(self) -> None:
+        """Raise KeyboardInterrupt if an interruption has been noticed."""
+        if self.interrupted():
+            raise KeyboardInterrupt
 
     def next_generation(self, median: float) -> None:
         """A generation is complete, with this median cost."""

@@ -10,6 +10,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Interrupted
+from warpmuscle.core.interruption import interruption_noticed
 from warpmuscle.optimization.evaluation import Generation, GenerationEvaluator, OtherCandidates
 from warpmuscle.optimization.progress import Tracker
 from warpmuscle.optimization.replay import Replay
@@ -101,17 +102,25 @@ class SearchLoop:
             Error: interrupted before it has come beyond what is known; OtherCandidates: the searches ask for others.
         """
         try:
-            self.tracker.begun()
-            while not (ended := self._why_ended()) or self._number in self._known:
-                if not self._one_generation(keep):
-                    return self._why_ended()
-            return ended
+            # Raised anywhere, an interruption may be swallowed, as in a `__del__`, or leave a lock held.
+            with interruption_noticed() as self.tracker.interrupted:
+                ended = self._to_the_end(keep)
+                self.tracker.heed()
+                return ended
         except KeyboardInterrupt:
             if len(self._done) <= max(self._known, default=-1):
                 raise Interrupted(
                     "interrupted before the search was where it had been; its file is unchanged"
                 ) from None
             return INTERRUPTED
+
+    def _to_the_end(self, keep: Callable[[Evaluations], None]) -> str:
+        self.tracker.begun()
+        while not (ended := self._why_ended()) or self._number in self._known:
+            self.tracker.heed()
+            if not self._one_generation(keep):
+                return self._why_ended()
+        return ended
 
     def evaluations(self) -> Evaluations:
         """All candidates so far."""
