@@ -1,5 +1,6 @@
 """A shipped scene that is read again is the same as the first time, and nobody else's."""
 
+import msgspec
 import pytest
 
 import loaded_once
@@ -17,6 +18,7 @@ def test_a_copy_is_what_is_read(name: str):
         again.clear()
         found = toml.read(path, again)
         assert found == wanted
+        assert msgspec.to_builtins(found) == msgspec.to_builtins(wanted)  # the same values, not only equal ones
         assert found is not wanted
         assert list(map(str, again)) == list(map(str, first))
     found.duration = found.duration + 1.0

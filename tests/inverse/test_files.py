@@ -112,7 +112,7 @@ def test_a_unit_that_is_not_told_is_asked_for(scene, tmp_path):
     [
         (("Units", "Unit"), "Units"),
         (("\tm\t", "\tmiles\t"), "'miles' is not known"),
-        (("1.00000000", "one"), "no number"),
+        (("1.00000000", "one"), "not a number"),
         (("1.03333333", "0.5"), "increase"),
         (("a\t\t\tb", "a\t\t\ta"), "two markers are called 'a'"),
         (("1.01666667", "nan"), "increase"),

@@ -192,7 +192,7 @@ TRC: list[Damage] = [
     promised("12", None), promised("1000000000000", None), promised("-5", None), promised("x", None),
     promised(None, "3"), promised(None, "4000000000"),
     Damage("300 000 more labels", many_markers, r"two markers are called|promises|longer"),
-    Damage("cell is a word", word, r"no number"),
+    Damage("cell is a word", word, r"not a number"),
     Damage("blanks for tabs", blanks_for_tabs, r"Units"),
     cut("markers", r"promises|head|cells|empty|head as"),
     spliced("markers"),

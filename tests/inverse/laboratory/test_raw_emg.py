@@ -73,5 +73,5 @@ def test_what_is_not_there_is_said(tmp_path, muscles, channels, said):
 
 def test_only_a_c3d_has_channels(tmp_path):
     (tmp_path / "emg.csv").write_text("time,soleus_r\n0,0.1\n1,0.2\n")
-    with pytest.raises(SignalError, match=r"of a \.c3d only"):
+    with pytest.raises(SignalError, match=r"for a \.c3d only"):
         read_emg(tmp_path / "emg.csv", MUSCLES, {"soleus_r": "soleus_r"})
