@@ -14,6 +14,7 @@ from command_line import run
 from patience import PATIENCE, until
 from warpmuscle.cli.walkers import commanded_in_words
 from warpmuscle.formats import load, toml
+from warpmuscle.results.journal import Journal
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 
@@ -239,24 +240,13 @@ def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
     code = "from warpmuscle.cli.program import main; main()"
     command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
     with running(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
-        wait_until_it_grows(tmp_path / "part.h5.journal", process)
+        until(lambda: Journal.look(tmp_path / "part.h5.journal"), process)  # a generation is kept
         process.send_signal(signal.SIGINT)
         shown, errors = process.communicate(timeout=PATIENCE)
     assert process.returncode == 0, errors
     assert "of 100000 candidates" in shown
     with h5py.File(tmp_path / "part.h5") as file:
         assert 0 < len(file["evaluations/cost"]) < 100_000
-
-
-def wait_until_it_grows(journal: Path, process: subprocess.Popen) -> None:
-    """Wait until a search has begun its journal and added a generation to it."""
-    sizes: set[int] = set()
-
-    def grows() -> bool:
-        sizes.update({journal.stat().st_size} if journal.exists() else ())
-        return len(sizes) > 1
-
-    until(grows, process)
 
 
 def test_info_shows_muscles_and_points_out_those_that_cannot_act(tmp_path):
