@@ -10,19 +10,19 @@ from warpmuscle.formats.osim.build_skeleton import state_at
 from warpmuscle.formats.osim.placement import quaternion
 from warpmuscle.scene import Constraint, Scene
 from warpmuscle.scene.constraints.pose import (
+    MISSED,
     is_kinematic,
     meeting_speeds,
+    met_pose,
     movers,
-    nearest_pose,
     start_coordinates,
-    stray_pose,
 )
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import topology
 
 CONNECT, WELD = 0, 1  # mjtEq
 SITE = 6  # mjtObj
-ENDLESS, MISSED, NOTED = 1.0e3, 1.0e-6, 1.0e-6  # rad or m: how far coordinates may go; what may be missing; is moved
+ENDLESS, NOTED = 1.0e3, 1.0e-6  # rad or m: how far coordinates may go; what is moved
 
 
 def loops_of(reference: Reference) -> list[int]:
@@ -108,9 +108,7 @@ def _close(reference: Reference, scene: Scene) -> bool:
     chosen = [names.coordinates_of(names.body_of_joint(name)).start for name in free]
     before = start_coordinates(scene, names)
     far = np.full(len(free), ENDLESS)
-    q, missing = nearest_pose(character, names, before, chosen, -far, far)
-    if missing > MISSED:
-        q, missing = stray_pose(character, names, before, chosen, -far, far)
+    q, missing = met_pose(character, names, before, chosen, -far, far)
     if missing > MISSED:
         return False
     speeds = meeting_speeds(character, names, q, chosen, np.zeros(len(chosen)))

@@ -20,6 +20,7 @@ MOST = 100  # iterations
 SETTLED = 1.0e-11  # rad and m
 DEPENDENT = 1.0e-7  # of the largest singular value: rows that say what others do
 MET = 1.0e-8  # m or rad
+MISSED = 1.0e-6  # m or rad, from which constraints are not met
 STRAYS = 4  # other poses that `stray_pose` sets out from ...
 STRAY, SEED = 0.3, 1  # rad or m, how far they are on average
 
@@ -119,6 +120,14 @@ def nearest_pose(
         chosen: coordinates that may change. low, high: (k,) their bounds.
     """
     return _approached(character, names, q, q[0, chosen], chosen, low, high)
+
+
+def met_pose(
+    character: Character, names: Topology, q: Floats, chosen: list[int], low: Floats, high: Floats
+) -> tuple[Floats, float]:
+    """The pose of `nearest_pose`, or where that does not meet the constraints the one of `stray_pose`."""
+    found, missing = nearest_pose(character, names, q, chosen, low, high)
+    return (found, missing) if missing <= MISSED else stray_pose(character, names, q, chosen, low, high)
 
 
 def stray_pose(

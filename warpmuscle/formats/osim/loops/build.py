@@ -16,18 +16,18 @@ from warpmuscle.formats.osim.placement import Placement, direction, quaternion
 from warpmuscle.formats.osim.records import Model
 from warpmuscle.scene import Constraint, Scene
 from warpmuscle.scene.constraints.pose import (
+    MISSED,
     is_kinematic,
     meeting_speeds,
+    met_pose,
     movers,
     nearest_pose,
     start_coordinates,
-    stray_pose,
 )
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.topology import topology
 
 ENDLESS = (-1.0e3, 1.0e3)  # rad or m, of coordinates without a range
-MISSED = 1.0e-6  # m or rad, that the nearest pose may leave
 NOTED = 1.0e-6  # rad or m, by which a coordinate is moved without a word
 
 
@@ -71,9 +71,7 @@ def close_loops(model: Model, scene: Scene, coordinates: Coordinates, notes: Not
     beyond = missing > MISSED
     if beyond:
         wide = np.broadcast_to(ENDLESS, bounds.shape)
-        q, missing = nearest_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
-    if missing > MISSED:
-        q, missing = stray_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
+        q, missing = met_pose(character, names, before, chosen, wide[:, 0], wide[:, 1])
     if missing > MISSED:
         raise refused(model, model.loops[0].line, _missed(model, missing, coordinates))
     speeds = meeting_speeds(character, names, q, chosen, np.array([one.speed for one in own]))
