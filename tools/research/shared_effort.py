@@ -31,7 +31,7 @@ from warpmuscle.results.result import read
 from warpmuscle.scene import Joint, Scene
 from warpmuscle.scene.anatomy import leg
 from warpmuscle.scene.joints import joint_type
-from warpmuscle.scene.masses import muscle_mass, specific_tension
+from warpmuscle.scene.masses import muscle_masses
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.simulation.stages import Stages
 
@@ -81,9 +81,8 @@ def main(file: Annotated[Path, typer.Argument()]) -> None:
     joints = [name for name in joints if name in stages.names.joints]
     crossing = {every[m] for m, j in zip(paths.muscle, paths.joint, strict=True) if stages.names.joints[j] in joints}
     names = [name for name in every if name in crossing]
-    model = scene.muscle_model
     muscles = [scene.character.muscles[name] for name in names]
-    volume = np.array([first_number(muscle_mass(one, specific_tension(one, model))) for one in muscles])
+    volume = np.array(muscle_masses(muscles, scene.muscle_model))
     acted, least = np.zeros((2, len(frames), len(names)))
     for k, frame in enumerate(frames):
         arms = []

@@ -29,7 +29,7 @@ from warpmuscle.inverse.muscle_groups import Groups, groups_of
 from warpmuscle.inverse.trial import Loads, each_of
 from warpmuscle.kernels.inverse import static_optimization as kernels
 from warpmuscle.kernels.inverse.left_out_pennation import leave_out_pennation
-from warpmuscle.scene.masses import muscle_mass, specific_tension
+from warpmuscle.scene.masses import muscle_masses
 from warpmuscle.scene.muscles import given
 from warpmuscle.simulation.kernel_cache import said
 
@@ -182,7 +182,7 @@ class Solver:
         self._widths = widths_left_out(body) if not options.pennation else np.zeros((3, len(muscles)))
         self.weight = np.ones(len(muscles))
         if options.weight == "volume":
-            volume = np.array([first_number(muscle_mass(one, specific_tension(one, model))) for one in muscles])
+            volume = np.array(muscle_masses(muscles, model))
             self.weight = volume / volume.mean()
         self.rise, self.fall = (
             np.array([float(given(one, model, name)) for one in muscles]) for name in ("rise_time", "fall_time")

@@ -20,7 +20,7 @@ from warpmuscle.learning.symmetry import BodySymmetry, Image, action_image
 from warpmuscle.model.build import Fields, start_of
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Task
-from warpmuscle.scene.masses import muscle_mass, specific_tension
+from warpmuscle.scene.masses import muscle_masses
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.fused_kernel import KernelConfig
 from warpmuscle.simulation.rollout import Rollout
@@ -101,7 +101,7 @@ class Actions:
             return None
         scene = self._scene
         muscles = [scene.character.muscles[name] for name in self.names]
-        mass = [first_number(muscle_mass(one, specific_tension(one, scene.muscle_model))) for one in muscles]
+        mass = muscle_masses(muscles, scene.muscle_model)
         return np.array(mass) / max(sum(mass), 1e-9)
 
     @property

@@ -36,9 +36,14 @@ def specific_tension(muscle: Muscle, model: MuscleModel) -> Any:
     return model.specific_tension if muscle.specific_tension is None else muscle.specific_tension
 
 
+def muscle_masses(muscles: Sequence[Muscle], model: MuscleModel) -> list[float]:
+    """Mass of each of some numeric muscles, kg; of an instance, where they have numbers of their own, the first."""
+    return [first_number(muscle_mass(muscle, specific_tension(muscle, model))) for muscle in muscles]
+
+
 def total_mass(muscles: Sequence[Muscle], model: MuscleModel) -> float:
     """Mass of numeric muscles together, kg."""
-    return sum(first_number(muscle_mass(muscle, specific_tension(muscle, model))) for muscle in muscles)
+    return sum(muscle_masses(muscles, model))
 
 
 def common_mass(muscles: Sequence[Muscle]) -> float:
