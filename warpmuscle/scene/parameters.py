@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import contextlib
-from collections.abc import Callable, Collection, Iterable, Iterator, Mapping, Sequence
+from collections.abc import Callable, Collection, Container, Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, NamedTuple, TypeVar
 
@@ -18,7 +18,7 @@ from warpmuscle.scene.number import Free, Number, Scale
 from warpmuscle.scene.units import unit_below
 
 Part = TypeVar("Part")
-PLAIN = frozenset({float, int, str, bool, type(None)})  # what most leaves are
+PLAIN: frozenset[type] = frozenset({float, int, str, bool, type(None)})  # what most leaves are
 
 
 @dataclass(frozen=True)
@@ -55,22 +55,11 @@ def leaves(value: Any, key: str = "") -> Iterator[tuple[str, Any]]:
 
 def _free_leaves(value: Any, key: str, unit: str, found: list[tuple[str, Free, str]]) -> None:
     """Put the leaves into a list that are `Free`, with units; scenes are walked often, and most of them is numbers."""
-    for name, member in _no_plain_members(value):
+    for name, member in named_members(value, PLAIN) or ():
         if type(member) is Free:
             found.append((f"{key}{name}", member, unit_below(value, name, unit)))
         else:
             _free_leaves(member, f"{key}{name}.", unit_below(value, name, unit), found)
-
-
-def _no_plain_members(value: Any) -> list[tuple[str, Any]]:
-    """As `named_members`, without those of plain types, which are most."""
-    if isinstance(value, msgspec.Struct):
-        return [(name, one) for name in value.__struct_fields__ if type(one := getattr(value, name)) not in PLAIN]
-    if isinstance(value, dict):
-        return [(str(name), one) for name, one in value.items() if type(one) not in PLAIN]
-    if isinstance(value, list | tuple):
-        return [(str(index), one) for index, one in enumerate(value) if type(one) not in PLAIN]
-    return []
 
 
 def free_parameters(scene: Scene) -> list[Parameter]:
@@ -341,14 +330,18 @@ def pinned(scene: Scene, values: Floats, free: Collection[str]) -> Scene:
     return rebuilt(started, replaced)
 
 
-def named_members(value: Any) -> list[tuple[str, Any]] | None:
-    """Named members of a structure, list, tuple or table; None for anything else, a free parameter included."""
+def named_members(value: Any, without: Container[type] = ()) -> list[tuple[str, Any]] | None:
+    """Named members of a structure, list, tuple or table; None for anything else, a free parameter included.
+
+    Args:
+        without: types whose members are left out.
+    """
     if isinstance(value, msgspec.Struct) and not isinstance(value, Free):
-        return [(name, getattr(value, name)) for name in value.__struct_fields__]
+        return [(name, one) for name in value.__struct_fields__ if type(one := getattr(value, name)) not in without]
     if isinstance(value, dict):
-        return [(str(name), member) for name, member in value.items()]
+        return [(str(name), one) for name, one in value.items() if type(one) not in without]
     if isinstance(value, list | tuple):
-        return [(str(index), member) for index, member in enumerate(value)]
+        return [(str(index), one) for index, one in enumerate(value) if type(one) not in without]
     return None
 
 
