@@ -158,7 +158,7 @@ def load_learned(file: Any) -> Learned:
     return Learned(
         replace(_load_network(learnt), scene=_scene_name(file), gait=_load_gait(file)), task, curve, options,
         str(hdf5.attribute(training, "ended")),
-        _load_network(file["critic"]) if "critic" in file else None, _load_ancestors(training),
+        _load_network(hdf5.members(file, "critic")) if "critic" in file else None, _load_ancestors(training),
     )  # fmt: skip
 
 
@@ -195,7 +195,7 @@ def _load_gait(file: Any) -> KeptGait | None:
     """The gait that a policy of an open file imitates; files of earlier versions have none."""
     if "gait" not in file:
         return None
-    group = file["gait"]
+    group = hdf5.members(file, "gait")
     arrays = (hdf5.array(group, name) for name in ("coordinate", "up", "landings"))
     numbers = (float(hdf5.attribute(group, name)) for name in ("right", "cycle_time"))
     return KeptGait(str(hdf5.attribute(group, "scene")), *arrays, *numbers)
