@@ -23,7 +23,7 @@ from warpmuscle.learning.imitation import (
     SPEEDS,
     Gait,
     gait_kept,
-    gait_of,
+    imitated,
     kept,
     measured_gait,
     recorded_gait,
@@ -70,7 +70,8 @@ def walker() -> Rollout:
 
 
 def gait_in(walker: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
-    return gait_of(walker.recording().window(0.0, seen_time(imitation)), walker, imitation, body)
+    measured = measured_gait(walker.recording().window(0.0, seen_time(imitation)), walker, imitation)
+    return imitated(measured, walker, imitation, body)
 
 
 @pytest.fixture(scope="module")
@@ -373,7 +374,7 @@ def test_a_recorded_gait_is_that_of_the_motion_in_the_file(walker: Rollout, tmp_
     path = tmp_path / "walk.h5"
     write(path, Result(toml.dumps(walker.scene), "cpu", "", 0, no_parameters(), replays=(recording, recording)))
     found = recorded_gait(walker, Imitation(file=str(path), replay=1))
-    own = gait_of(recording, walker, Imitation(settle=0.0))
+    own = imitated(measured_gait(recording, walker, Imitation(settle=0.0)), walker, Imitation(settle=0.0))
     first = walker.names.coordinate_start[1]
     np.testing.assert_allclose(found.coordinate[:, first:], own.coordinate[:, first:], atol=1e-6)
     assert found.cycle_time == pytest.approx(own.cycle_time)

@@ -7,7 +7,6 @@ To add: another origin of a gait to a file of its own, and to `choice`, which ch
 from warpmuscle.learning.imitation.gait import BINS as BINS
 from warpmuscle.learning.imitation.gait import CARRYING as CARRYING
 from warpmuscle.learning.imitation.gait import Gait as Gait
-from warpmuscle.learning.imitation.gait import gait_of as gait_of
 from warpmuscle.learning.imitation.gait import imitated as imitated
 from warpmuscle.learning.imitation.gait import measured_gait as measured_gait
 from warpmuscle.learning.imitation.gait import recorded_gait as recorded_gait

@@ -81,26 +81,17 @@ def seen_time(imitation: Imitation | None) -> float:
     return 0.0 if imitation is None or imitation.file else imitation.settle + SEEN
 
 
-def gait_of(recording: Recording, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
-    """The gait that a task imitates; both sides are alike where the body is symmetric.
-
-    Args:
-        recording: of the gait that the scene's own controller makes, see `starts.controller_gait`.
-
-    Raises:
-        SceneError: it has no two whole cycles.
-    """
-    return imitated(measured_gait(recording, rollout, imitation), rollout, imitation, body)
-
-
 def imitated(measured: Gait, rollout: Rollout, imitation: Imitation, body: BodySymmetry | None = None) -> Gait:
-    """The gait that a task imitates, of that which the scene's own controller makes."""
+    """The gait that a task imitates, of that which the scene's own controller makes, see `measured_gait`.
+
+    Both sides are alike where the body is symmetric.
+    """
     gait = measured if imitation.cycle_time is None else replace(measured, cycle_time=imitation.cycle_time)
     return changed(gait, rollout, imitation, body)
 
 
 def measured_gait(recording: Recording, rollout: Rollout, imitation: Imitation) -> Gait:
-    """One cycle of a recorded gait as it is; raises SceneError if there are no two whole cycles."""
+    """One cycle of a gait as it is, recorded by `starts.controller_gait`; SceneError if it has no two whole cycles."""
     weight = body_weight(rollout.numeric)
     left, right = (touch_downs(recording, side, weight) for side in SIDES)
     steady = left[left >= imitation.settle]
