@@ -31,12 +31,11 @@ def once(read: Callable[..., Any]) -> Callable[..., Any]:
             return read(path, doubts)
         if place not in kept:
             told: list[Any] = []
-            scene = read(path, told)
-            kept[place] = copy.deepcopy(scene), told
-        content, told = kept[place]
+            kept[place] = read(path, told), told
+        scene, told = kept[place]
         if doubts is not None:
             doubts.extend(told)
-        return copy.deepcopy(content)
+        return copy.deepcopy(scene)
 
     found.as_ever = read
     return found

@@ -32,6 +32,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import leg_joints
 from warpmuscle.scene.masses import body_mass
 from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.topology import subtree
 from warpmuscle.studies.ground_loads import ground_loads
 from warpmuscle.studies.inverse_dynamics import body_points
 
@@ -54,7 +55,7 @@ def ankle(recording: Recording, scene: Scene, side: int) -> Ankle:
     """One ankle, from outside."""
     joint = scene.character.joints[leg_joints(scene, side)[2]]
     place = body_points(scene, np.asarray(recording.coordinate, float))[joint.child][0]
-    bodies = [joint.child, *_below(scene, joint.child)]
+    bodies = sorted(subtree(scene.character, joint.child))
     moment, force, pushed = (np.zeros((recording.frames, 3)) for _ in range(3))
     for load in ground_loads(recording, scene):
         if load.body in bodies:
@@ -74,12 +75,6 @@ def ankle(recording: Recording, scene: Scene, side: int) -> Ankle:
     ahead = (pushed / np.maximum(force[:, 1:2], TOUCHES) - place) @ (gone / np.linalg.norm(gone))
     lever = np.where(force[:, 1] > TOUCHES, 100.0 * ahead, np.nan)
     return Ankle(np.asarray(about), lever, force[:, 1] / body_weight(scene))
-
-
-def _below(scene: Scene, body: str) -> list[str]:
-    """Bodies below one."""
-    children = [joint.child for joint in scene.character.joints.values() if joint.parent == body]
-    return [name for child in children for name in (child, *_below(scene, child))]
 
 
 def main(file: Annotated[Path, typer.Argument()]) -> None:
