@@ -1,11 +1,13 @@
 """What ends a program from outside interrupts it as Ctrl-C does."""
 
 import signal
+import sys
 
 import pytest
 
+from patience import until
 from warpmuscle.core import interruption
-from warpmuscle.core.interruption import ENDING, end_as_by_ctrl_c, interruption_noticed, received
+from warpmuscle.core.interruption import ENDING, end_as_by_ctrl_c, interruption_noticed, received, repeat_swallowed
 
 
 @pytest.fixture(autouse=True)
@@ -54,3 +56,36 @@ def test_an_interruption_that_is_ignored_in_the_background_of_a_script_stays_ign
     with interruption_noticed() as interrupted:
         signal.raise_signal(signal.SIGINT)
         assert not interrupted()
+
+
+class Interrupted:
+    """Interrupts while it is deleted, where Python swallows what is raised."""
+
+    def __del__(self) -> None:
+        signal.raise_signal(signal.SIGINT)
+
+
+def interrupted_in_vain() -> None:
+    Interrupted()
+    until(lambda: False)
+
+
+def test_an_interruption_that_python_swallows_comes_again(monkeypatch: pytest.MonkeyPatch):
+    others = []
+    monkeypatch.setattr(sys, "unraisablehook", others.append)
+    repeat_swallowed()
+    with pytest.raises(KeyboardInterrupt):
+        interrupted_in_vain()
+    assert others == []
+
+
+def test_other_errors_that_python_swallows_are_told_as_before(monkeypatch: pytest.MonkeyPatch):
+    class Faulty:
+        def __del__(self) -> None:
+            raise ValueError
+
+    others = []
+    monkeypatch.setattr(sys, "unraisablehook", lambda told: others.append(told.exc_type))
+    repeat_swallowed()
+    Faulty()
+    assert others == [ValueError]

@@ -47,6 +47,17 @@ def test_a_search_that_runs_is_not_called_interrupted(tmp_path: Path):
         Checkpoint.begin(path, search_result())
 
 
+@pytest.mark.parametrize("why", [KeyboardInterrupt, ResultError])
+def test_what_ends_a_search_before_its_file_is_there_leaves_nothing_to_go_on_with(tmp_path: Path, monkeypatch, why):
+    def stopped(path: Path, result: object) -> None:
+        raise why
+
+    monkeypatch.setattr(checkpoint, "write", stopped)
+    with pytest.raises(why):
+        Checkpoint.begin(tmp_path / "a.h5", search_result())
+    assert [*tmp_path.iterdir()] == []
+
+
 def test_a_generation_that_could_not_be_written_is_told_of_with_the_next_one(tmp_path: Path):
     result = search_result()
     assert result.evaluations is not None

@@ -17,7 +17,7 @@ from warpmuscle.cli.console import log, marked
 from warpmuscle.cli.resource_errors import shortage, unwritable_output
 from warpmuscle.cli.streams import output_refused, steady_streams
 from warpmuscle.core.errors import Error, shortened
-from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received
+from warpmuscle.core.interruption import INTERRUPTED, end_as_by_ctrl_c, received, repeat_swallowed
 from warpmuscle.core.plain_text import printable
 
 READER_GONE = 141  # exit code of whoever prints to `head` after it has ended: 128 and SIGPIPE
@@ -70,6 +70,7 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
     steady_streams()
     try:
         end_as_by_ctrl_c()
+        repeat_swallowed()
         code = work() or 0
     except KeyboardInterrupt:  # before a command has begun
         code = INTERRUPTED

@@ -2,16 +2,21 @@
 
 from __future__ import annotations
 
+import _thread
 import os
 import signal
+import sys
 import threading
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from types import FrameType
+from typing import Any
 
 # The last three are how schedulers of clusters say that a job's time is nearly over.
 _NAMES = ("SIGTERM", "SIGHUP", "SIGUSR1", "SIGUSR2", "SIGXCPU")
 ENDING = tuple(getattr(signal, name) for name in _NAMES if hasattr(signal, name))
+AGAIN = 0.01  # s, after which an interruption that Python has swallowed comes again
 INTERRUPTED = 130  # exit code after Ctrl-C where there is nothing to keep: 128 and SIGINT
 _received: list[int] = []
 
@@ -49,6 +54,33 @@ def end_as_by_ctrl_c() -> None:
     for number in ENDING:
         if signal.getsignal(number) is signal.SIG_DFL:
             signal.signal(number, _interrupt)
+
+
+def repeat_swallowed() -> None:
+    """Have a KeyboardInterrupt come again that was raised where Python raises nothing, and so was lost.
+
+    So it is where an object is deleted, garbage is looked for, or C calls back: Python prints the error and goes on.
+    """
+    if not isinstance(sys.unraisablehook, _Repeated):
+        sys.unraisablehook = _Repeated(sys.unraisablehook)
+
+
+class _Repeated:
+    """What is called with errors that cannot be raised; those that are no interruptions are left to another one."""
+
+    def __init__(self, other: Callable[[sys.UnraisableHookArgs], Any]) -> None:
+        self._other = other
+
+    def __call__(self, lost: sys.UnraisableHookArgs) -> None:
+        if issubclass(lost.exc_type, KeyboardInterrupt):
+            _thread.start_new_thread(_interrupt_again, ())  # which takes no lock that may be held here
+        else:
+            self._other(lost)
+
+
+def _interrupt_again() -> None:
+    time.sleep(AGAIN)  # until the main thread is out of what swallows it; else it comes once more
+    _thread.interrupt_main()
 
 
 def _interrupt(number: int, frame: FrameType | None) -> None:

@@ -74,8 +74,8 @@ class Journal:
                 raise ResultError(f"{path}: the journal of another search; move it out of the way")
             if not self._records:
                 self.clear()
-        except BaseException as error:
-            if not found and isinstance(error, Exception):
+        except BaseException:
+            if not found:
                 self.remove()
             os.close(self._file)
             raise
