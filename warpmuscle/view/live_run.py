@@ -134,7 +134,9 @@ class LiveRun:
 
     def step(self) -> None:
         """Go on by one frame."""
-        self.advance(self._every * self.scene.time_step * 1.0001)
+        frame = self._every * self.scene.time_step
+        self._clock = (int(self._clock / frame) + 0.01) * frame  # parts of a frame that are due are not two of them
+        self.advance(frame)
 
     def apply(self, parts: Sequence[str] | None = None) -> None:
         """Go on with the values as they are now; what concerns the start counts after the next `restart`.
