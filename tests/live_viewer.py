@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import contextlib
+import itertools
 import json
 import socket
 from collections.abc import Iterator
@@ -27,6 +28,23 @@ from websockets.sync.client import ClientConnection, connect
 TOLD = """() => { const message = document.getElementById('message');
     window.told = [];
     new MutationObserver(() => told.push(message.textContent)).observe(message, { childList: true }); }"""
+
+# Note in a page what marks it has heard, see `caught_up`.
+MARKED = """(() => { const Plain = WebSocket;
+    window.WebSocket = class extends Plain {
+        set onmessage(act) { super.onmessage = (event) => {
+            act.call(this, event);
+            if (typeof event.data === "string") window.marked = JSON.parse(event.data).mark ?? window.marked; }; }
+    }; })()"""
+MARKS = itertools.count(1)
+
+
+def caught_up(viewer: Live, page: Any) -> None:
+    """Wait until a page of which `MARKED` is a script has heard all that it was told of what the viewer has done."""
+    with viewer.lock:  # so that no step is half done, of which it is yet to be told
+        mark = next(MARKS)
+        viewer.server.tell(json.dumps({"mark": mark}))
+    until(lambda: page.evaluate("window.marked") == mark)
 
 
 @contextlib.contextmanager
