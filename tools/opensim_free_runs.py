@@ -122,15 +122,44 @@ def energies(file: Path, names: list[str], q: Floats, rate: Floats) -> Floats:
     all_of_them = members(model.getCoordinateSet())
     named = zip(coordinate_names(all_of_them), all_of_them, strict=True)
     ones = [(names.index(name), one) for name, one in named if name in names]
+    couplers = [one for one in map(_coupler, members(model.getConstraintSet())) if one is not None]
+    couplers = [one for one in couplers if one.getDependentCoordinateName() not in names]
     found = []
     for places, speeds in zip(q, rate, strict=True):
         for k, one in ones:
             if not one.getLocked(state):
                 one.setValue(state, float(places[k]), False)
                 one.setSpeedValue(state, float(speeds[k]))
+        for one in couplers:
+            _follow(model, state, one)
         model.realizeVelocity(state)
         found.append([model.calcKineticEnergy(state), model.calcPotentialEnergy(state)])
     return np.array(found)
+
+
+def _coupler(constraint: Any) -> Any:
+    import opensim
+
+    return opensim.CoordinateCouplerConstraint.safeDownCast(constraint)
+
+
+def _follow(model: Any, state: Any, coupler: Any) -> None:
+    """Put a coordinate of OpenSim where a coupler has it: our recordings do not name what follows several ones."""
+    import opensim
+
+    independent, function = coupler.getIndependentCoordinateNames(), coupler.getFunction()
+    others = [model.getCoordinateSet().get(independent.get(k)) for k in range(independent.getSize())]
+    places, speed = opensim.Vector(len(others), 0.0), 0.0
+    for k, one in enumerate(others):
+        places[k] = one.getValue(state)
+    for k, one in enumerate(others):
+        by = opensim.StdVectorInt()
+        by.append(k)
+        speed += function.calcDerivative(by, places) * one.getSpeedValue(state)
+    scale = opensim.PropertyHelper.getValueDouble(coupler.getPropertyByName("scale_factor"))
+    follower = model.getCoordinateSet().get(coupler.getDependentCoordinateName())
+    follower.setValue(state, scale * function.calcValue(places), False)
+    follower.setSpeedValue(state, scale * speed)
 
 
 def excited(scene: Scene, times: Floats, values: dict[str, Floats], seconds: float, step: float) -> Scene:

@@ -98,13 +98,15 @@ def test_numbers_of_millard_that_are_not_given_are_those_that_opensim_derives():
     assert (numbers.passive_low_slope, numbers.passive_curviness, numbers.passive_strain) == (0.2, 0.75, 0.7)
     assert (numbers.tendon_slope, numbers.tendon_toe_force, numbers.tendon_curviness) == (1.375, 2.0 / 3.0, 0.5)
     assert (numbers.active_least, numbers.shortening_end_slope, numbers.lengthening_end_slope) == (0.0, 0.0, 0.0)
-    own = MillardCurves(passive_slack=0.1, tendon_slope=30.0, shortening_end_slope=0.2, lengthening_end_slope=0.15)
+    own = MillardCurves(passive_slack=0.1, tendon_slope=30.0, shortening_end_slope=0.2, lengthening_end_slope=0.12)
     numbers = model.millard_numbers(own, 0.05, 0.6, undamped=True)
     assert numbers.passive_slope == pytest.approx(4.0)
     assert numbers.tendon_slope == pytest.approx(1.5)
-    assert (numbers.active_least, numbers.shortening_end_slope, numbers.lengthening_end_slope) == (0.1, 0.2, 0.15)
+    assert (numbers.active_least, numbers.shortening_end_slope, numbers.lengthening_end_slope) == (0.1, 0.2, 0.12)
     low = model.millard_numbers(MillardCurves(shortening_end_slope=0.3), 0.05, 0.6, undamped=True)
     assert (low.shortening_end_slope, low.lengthening_end_slope) == (0.1, 0.1)
+    flat = model.millard_numbers(MillardCurves(lengthening_slope=0.1), 0.05, 0.6, undamped=True)
+    assert flat.lengthening_end_slope == pytest.approx(0.099)  # a corner of one slope has no place
     kept = model.millard_numbers(MillardCurves(shortening_end_slope=0.3), 0.05, 0.6, undamped=False)
     assert (kept.shortening_end_slope, kept.lengthening_end_slope) == (0.0, 0.0)
 

@@ -38,6 +38,7 @@ DEFAULTS: dict[str, CurveShape] = {
     "millard": MillardCurves(), "thelen": ThelenCurves(), "de_groote": DeGrooteCurves(), "mujoco": MujocoCurves(),
 }  # fmt: skip
 NUMBERS = CURVES | {"spline": SPLINE}  # of families
+MOST_END_SLOPE = 0.99  # of the slope near the end: with that slope itself, the curve has no corner there
 LEAST_END_SLOPE, LEAST_ACTIVE, LEAST_ACTIVATION = 0.1, 0.1, 0.01  # of a compliant Millard muscle without damping
 
 
@@ -200,6 +201,8 @@ def millard_numbers(c: MillardCurves, tendon: float, passive: float, undamped: b
         ends = 0.0, 0.0
     elif min(ends) < LEAST_END_SLOPE:
         ends = LEAST_END_SLOPE, LEAST_END_SLOPE
+    near = c.shortening_slope, c.lengthening_slope
+    ends = min(ends[0], MOST_END_SLOPE * near[0]), min(ends[1], MOST_END_SLOPE * near[1])
     own = {field: value for field in Numbers._fields if (value := getattr(c, field, None)) is not None}
     derived = {
         "passive_strain": passive,

@@ -102,3 +102,30 @@ def test_a_free_root_with_z_up_keeps_its_coordinates(tmp_path: Path):
     given = np.zeros((1, 6))
     given[:, order] = values
     np.testing.assert_allclose(root_motion(scene.opensim, given).position[0], [0.3, 1.1, 0.2], atol=1e-12)
+
+
+def test_a_half_space_that_stands_upright_beside_gravity_is_left_out_with_a_note(tmp_path: Path):
+    """Its matter is where x > 0 in its own axes: a wall, if it is not turned by a right angle about z."""
+    shapes = (
+        '<ContactGeometrySet><objects><ContactHalfSpace name="floor"><socket_frame>/ground</socket_frame>'
+        "<orientation>TURN</orientation></ContactHalfSpace>"
+        '<ContactSphere name="foot"><socket_frame>/bodyset/rod</socket_frame><radius>0.02</radius></ContactSphere>'
+        "</objects></ContactGeometrySet>"
+    )
+    touch = (
+        '<HuntCrossleyForce name="touch"><HuntCrossleyForce::ContactParametersSet name="contact_parameters"><objects>'
+        "<HuntCrossleyForce::ContactParameters><geometry>floor foot</geometry></HuntCrossleyForce::ContactParameters>"
+        "</objects></HuntCrossleyForce::ContactParametersSet></HuntCrossleyForce>"
+    )
+    joint = small.joint("PinJoint", "pin", "ground", "rod", small.coordinate("q"))
+
+    def touching(turn: str) -> tuple[int, list[str]]:
+        ignored: list[Ignored] = []
+        text = small.model(small.body("rod", center="0 -0.5 0"), joint, touch, shapes.replace("TURN", turn))
+        scene = load(small.written(tmp_path, text), ignored=ignored)
+        return sum(len(body.shapes) for body in scene.character.bodies.values()), [note.reason for note in ignored]
+
+    count, reasons = touching("0 0 0")
+    assert count == 0
+    assert "half-space 'floor' is a wall or a ceiling beside gravity; left out" in reasons
+    assert touching("0 0 -1.5707963267948966")[0] == 1

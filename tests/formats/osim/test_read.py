@@ -142,7 +142,7 @@ def test_what_is_not_read_is_noted_once_a_kind_with_its_line(tmp_path: Path):
         ('Version="40000"', 'Version="50000"', 2, "newer than those known here"),
         ('Version="40000"', 'Version="four"', 2, "its version is a number"),
         ("</Body>", "", 6, "not sound XML: mismatched tag"),
-        ("<BodySet>", "<length_units>inches</length_units><BodySet>", 4, "lengths must be in metres"),
+        ("<BodySet>", "<length_units>inches</length_units><BodySet>", 4, "not in inches; if the numbers are (OpenSim"),
         ('name="rod"', 'name="a/b"', 5, "a body needs a name"),
         ('<Model name="small">', '<Model name="small" file="a.xml">', 3, "stands in a file of its own"),
     ],

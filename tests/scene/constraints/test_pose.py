@@ -10,7 +10,9 @@ from warpmuscle.scene import Body, Character, Constraint, Ground, Joint, JointSt
 from warpmuscle.scene.constraints.pose import (
     constraint_errors,
     meeting_speeds,
+    met_pose,
     nearest_pose,
+    searched_pose,
     slopes,
     start_coordinates,
     stray_pose,
@@ -20,7 +22,7 @@ from warpmuscle.scene.topology import topology
 from warpmuscle.scene.validation.scene import check_scene
 
 TIP = (0.0, -0.2, 0.0)
-X = (1.0, 0.0, 0.0)
+X, NONE = (1.0, 0.0, 0.0), (0.0, 0.0, 0.0)
 
 
 def pair(kind: str = "point", **more: object) -> Scene:
@@ -81,6 +83,48 @@ def test_rods_in_line_come_closer_by_the_law_of_cosines():
     q, missing = stray_pose(scene.character, names, start, chosen, -far, far)
     assert missing < 1e-8
     np.testing.assert_allclose(np.abs(q[0, chosen]), [0.0, np.arccos((0.7**2 - 2 * 0.4**2) / (2 * 0.4**2))], atol=1e-6)
+
+
+def sliding(kind: str = "distance", **more: object) -> Scene:
+    """A block that slides along two axes, and whose middle a constraint holds to the middle of the bar."""
+    bodies = {name: Body(1.0, (0.02, 0.03, 0.01)) for name in ("bar", "a", "b")}
+    joints = {
+        "x": Joint("slide", "bar", "a", NONE, NONE, [X]),
+        "y": Joint("slide", "a", "b", NONE, NONE, [(0.0, 1.0, 0.0)]),
+    }
+    character = Character("bar", bodies, joints, "fixed")
+    character.constraints = {"rod": Constraint(kind, "b", "bar", **more)}
+    return Scene("sliding", character, ground=Ground(stiffness=0.0))
+
+
+def test_the_nearest_pose_is_found_where_constraints_bend_more_than_the_way_is_long():
+    """From 1 m away, the nearest place of a circle of 0.1 m is on the line to its middle."""
+    scene = sliding(distance=0.1)
+    names, chosen, far = topology(scene.character), [7, 8], np.full(2, 1e3)
+    q = start_coordinates(scene, names)
+    q[0, chosen] = [0.96, 0.28]
+    _, missing = nearest_pose(scene.character, names, q, chosen, -far, far)
+    assert missing > 1e-3  # each step overshoots ninefold
+    pose, missing = searched_pose(scene.character, names, q, chosen, -far, far)
+    assert missing < 1e-8
+    np.testing.assert_allclose(pose[0, chosen], [0.096, 0.028], atol=1e-6)
+    met, _ = met_pose(scene.character, names, q, chosen, -far, far)
+    np.testing.assert_array_equal(met, pose)
+    far[1] = 0.02
+    pose, _ = searched_pose(scene.character, names, q, chosen, -far, far)
+    np.testing.assert_allclose(pose[0, chosen], [np.sqrt(0.1**2 - 0.02**2), 0.02], atol=1e-6)
+
+
+def test_the_search_leaves_out_what_other_rows_say():
+    """Of the three rows of a point in a plane, the one across it is always 0."""
+    scene = pair()
+    names, chosen, far = topology(scene.character), [7, 8, 9, 10], np.full(4, 9.0)
+    q = start_coordinates(scene, names)
+    q[0, chosen] = [0.3, -0.1, 0.2, -0.4]
+    pose, missing = searched_pose(scene.character, names, q, chosen, -far, far)
+    nearest, _ = nearest_pose(scene.character, names, q, chosen, -far, far)
+    assert missing < 1e-8
+    np.testing.assert_allclose(pose, nearest, atol=1e-5)
 
 
 def test_coordinates_stay_within_their_bounds_and_what_is_missing_is_told():

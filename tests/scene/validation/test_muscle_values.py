@@ -69,6 +69,8 @@ def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
         ({"curve_shape": MillardCurves(passive_slope=0.1)}, {}, "passive_slope", "between"),
         ({"curve_shape": MillardCurves(passive_slack=0.8)}, {}, "passive_slack", "passive_strain 0.7"),
         ({"curve_shape": MillardCurves(tendon_curviness=2.0)}, {}, "tendon_curviness", "between 0 and 1"),
+        ({"curve_shape": MillardCurves(lengthening_slope=0.0)}, {}, "lengthening_slope", "between 1.5e-08"),
+        ({"curve_shape": MillardCurves(shortening_slope=0.0)}, {}, "shortening_slope", "between 1.5e-08"),
         ({}, {"curve_shape": ThelenCurves()}, "muscle_model.curve_shape.type", "'millard'"),
         ({"curve_shape": PathActuator(), "v_max": 9.0}, {}, "flexor.v_max", "path actuator has no"),
         ({"curve_shape": PathActuator()}, {"curves": "lee"}, "curve_shape.type", "needs muscles with curves of"),

@@ -314,6 +314,16 @@ def test_slack_lengths_that_leave_no_fibre_are_named_with_one_that_fits():
     assert slack_warnings(scene) == []
 
 
+def test_a_fibre_that_is_far_too_short_for_its_path_is_named():
+    scene = changed("character.muscles.HFL.l_opt", 2e-4)  # its path is 0.4 m long
+    scene.character.muscles["HFL"].l_slack = 0.1
+    (warning,) = slack_warnings(scene)
+    assert warning.key == "character.muscles.HFL.l_opt"
+    assert "stretched to 1.5e+03 times l_opt 0.0002 m" in warning.message
+    scene.character.muscles["HFL"].l_opt = 0.04
+    assert slack_warnings(scene) == []
+
+
 @pytest.mark.parametrize("model", [MuscleModel(legacy=True), MuscleModel(ideal=True)])
 def test_slack_lengths_do_not_matter_to_muscles_without_bounds_or_fibres(model):
     scene = changed("character.muscles.HFL.l_slack", 1.0)

@@ -39,6 +39,7 @@ EFFORTS, SHIFTS = (
 )  # see `kernels/force/bushing.py`
 PLACES = tuple(f"{end}_{part}{axis}" for end in ("first", "second") for part in ("", "turn_") for axis in "xyz")
 
+LEVEL = 1.0e-9  # of a unit normal upwards, up to which a plane bears nothing
 LAWS: dict[str, Literal["hunt_crossley", "smooth_hunt_crossley"]] = {
     "HuntCrossleyForce": "hunt_crossley", "SmoothSphereHalfSpaceForce": "smooth_hunt_crossley",
 }  # fmt: skip
@@ -228,6 +229,10 @@ def _contact(
         lose(model, force, [one.frame for one in shapes])
         return
     ground = _ground(model, planes[0])
+    if any(model.gravity) and ground.normal[1] <= LEVEL:  # type: ignore[operator]
+        note(notes, model, force, f"half-space {planes[0].name!r} is a wall or a ceiling beside gravity; left out")
+        lose(model, force, [one.frame for one in shapes])
+        return
     ground.law = LAWS[force.kind]
     if scene.ground not in (Ground(), ground):
         note(notes, model, force, "there is another ground, or law of contact, already; left out")

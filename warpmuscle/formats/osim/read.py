@@ -109,11 +109,12 @@ def _version(document: Element) -> int:
 
 def _check_units(top: Element) -> None:
     for tag, units in (
-        ("length_units", ("meters", "meter", "metres", "metre", "m")), ("force_units", ("n", "newtons", "newton")),
+        ("length_units", ("meters", "meter", "metres", "metre", "m")), ("force_units", ("newtons", "newton", "n")),
     ):  # fmt: skip
         found = top.child(tag)
         if found is not None and found.word().lower() not in (*units, "", "unassigned"):
-            found.fail(f"lengths must be in metres and forces in newtons, not in {found.word()}")
+            said = f"lengths must be in metres and forces in newtons, not in {found.word()}"
+            found.fail(f"{said}; if the numbers are (OpenSim takes them so), write {units[0]} here")
 
 
 def _members(top: Element, tag: str) -> list[Element]:

@@ -23,6 +23,8 @@ MET = 1.0e-8  # m or rad
 MISSED = 1.0e-6  # m or rad, from which constraints are not met
 STRAYS = 4  # other poses that `stray_pose` sets out from ...
 STRAY, SEED = 0.3, 1  # rad or m, how far they are on average
+SEARCHED = 300  # iterations of `searched_pose`
+CLOSEST = 1.0e-12  # rad² or m², what an iteration gains when it ends
 
 Poses = dict[str, tuple[Floats, Floats]]
 
@@ -125,9 +127,51 @@ def nearest_pose(
 def met_pose(
     character: Character, names: Topology, q: Floats, chosen: list[int], low: Floats, high: Floats
 ) -> tuple[Floats, float]:
-    """The pose of `nearest_pose`, or where that does not meet the constraints the one of `stray_pose`."""
-    found, missing = nearest_pose(character, names, q, chosen, low, high)
-    return (found, missing) if missing <= MISSED else stray_pose(character, names, q, chosen, low, high)
+    """The first pose that meets the constraints: of `nearest_pose`, `searched_pose`, or `stray_pose`."""
+    for search in (nearest_pose, searched_pose):
+        found, missing = search(character, names, q, chosen, low, high)
+        if missing <= MISSED:
+            return found, missing
+    return stray_pose(character, names, q, chosen, low, high)
+
+
+def searched_pose(
+    character: Character, names: Topology, q: Floats, chosen: list[int], low: Floats, high: Floats
+) -> tuple[Floats, float]:
+    """The same by sequential quadratic programming, which measures each step by what it gains.
+
+    Where the nearest pose is far away, constraints bend so much that steps of `nearest_pose` swing about it for ever.
+    """
+    from scipy.optimize import minimize  # takes a while, which only such poses cost
+
+    start, pose = q[0, chosen].copy(), q.copy()
+    independent = _independent_rows(character, names, q, chosen)
+
+    def posed(x: Floats) -> Floats:
+        pose[0, chosen] = np.where(np.isfinite(x), x, start)
+        return pose
+
+    held = {
+        "type": "eq",
+        "fun": lambda x: independent @ constraint_errors(character, names, posed(x))[0],
+        "jac": lambda x: independent @ slopes(character, names, posed(x), chosen),
+    }
+    found = minimize(
+        lambda x: 0.5 * ((x - start) ** 2).sum(), np.clip(start, low, high), jac=lambda x: x - start, method="SLSQP",
+        bounds=list(zip(low, high, strict=True)), constraints=held, options={"maxiter": SEARCHED, "ftol": CLOSEST},
+    )  # fmt: skip
+    posed(np.clip(found.x, low, high))
+    return pose, float(np.abs(constraint_errors(character, names, pose)).max(initial=0.0))
+
+
+def _independent_rows(character: Character, names: Topology, q: Floats, chosen: list[int]) -> Floats:
+    """Combinations (k, rows) of constraints of which none says what others do, in several poses together."""
+    random, pose, found = np.random.default_rng(SEED), q.copy(), []
+    for _ in range(STRAYS):
+        found.append(slopes(character, names, pose, chosen))
+        pose[0, chosen] = q[0, chosen] + random.normal(size=len(chosen), scale=STRAY)
+    ways, sizes, _ = np.linalg.svd(np.concatenate(found, axis=1), full_matrices=False)
+    return np.asarray(ways[:, sizes > DEPENDENT * sizes.max(initial=0.0)].T)
 
 
 def stray_pose(

@@ -30,6 +30,7 @@ from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
 
 ROUNDED = 1.0e-6  # of f_max, by which a curve may fall between its knots
+FLATTEST = 1.5e-8  # slope of force over speed, as OpenSim has it
 
 
 def check_common_values(checks: Checks, key: str, model: MuscleModel) -> None:
@@ -236,6 +237,8 @@ def _millard(key: str, c: MillardCurves, tendon_strain: float, passive_strain: f
     _between(key, c, "lengthening_force", 1.0, 1.0e3)
     _between(key, c, "lengthening_end_slope", 0.0, c.lengthening_force - 1.0, closed=True)
     _between(key, c, "lengthening_slope", "lengthening_end_slope", c.lengthening_force - 1.0, closed=True)
+    for field in ("shortening_slope", "lengthening_slope"):  # of 0, they would be those of damped fibres' ends
+        _between(key, c, field, FLATTEST, 1.0e3)
     _between(key, c, "isometric_slope", max(1.0, c.lengthening_force - 1.0), 1.0e4)
     for field in ("shortening_curviness", "lengthening_curviness", "passive_curviness", "tendon_curviness"):
         if getattr(c, field) is not None:

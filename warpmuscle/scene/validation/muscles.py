@@ -26,6 +26,7 @@ from warpmuscle.scene.wrapping.route import route_stops
 
 TENSIONS = (1.0e3, 1.0e8)  # Pa, far beyond those of any muscle: outside, another unit is meant
 LONGEST_PATH = 10.0  # m, far beyond those of any body: above, another unit is meant
+MOST_STRETCHED = 10.0  # of l_opt, far beyond what a fibre bears: its force would throw the body about
 GREATEST_PENNATION = 1.4  # rad; near a right angle a fibre pulls on nothing
 MUSCULAR = {"muscle", "assisted"}
 
@@ -140,7 +141,7 @@ def muscle_warnings(scene: Scene) -> list[SceneError]:
 
 
 def slack_warnings(scene: Scene) -> list[SceneError]:
-    """Muscles whose tendon alone is as long as their path in the initial pose, or whose path is too long for any body.
+    """Muscles whose tendon alone is as long as their path in the initial pose, or whose path is far too long.
 
     Free parameters are at their start values.
 
@@ -164,6 +165,12 @@ def slack_warnings(scene: Scene) -> list[SceneError]:
             found.append(SceneError(message, key=key))
         elif lengths[name] <= plain_number(muscle.l_slack) and not is_cable(muscle):
             found.append(SceneError(_no_fibre(muscle, lengths[name]), key=f"{key}.l_slack"))
+        elif not is_cable(muscle):
+            fibre, opt = lengths[name] - plain_number(muscle.l_slack), plain_number(muscle.l_opt)
+            if fibre > MOST_STRETCHED * opt:
+                message = f"its fibre is stretched to {fibre / opt:.3g} times l_opt {opt:.3g} m in the initial pose, "
+                message += f"where the path is {lengths[name]:.3g} m: are l_opt and l_slack in metres?"
+                found.append(SceneError(message, key=f"{key}.l_opt"))
     return found
 
 
