@@ -37,6 +37,14 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
     return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
 
 
+def in_words_of_size(count: float) -> str:
+    """A count as it is read: "940", "64 thousand", "1.44 million"."""
+    for least, size, word in ((1e6, 1e6, "million"), (1e4, 1e3, "thousand")):
+        if count >= least:
+            return f"{count / size:.4g} {word}"
+    return f"{count:.0f}"
+
+
 def few_of(words: Sequence[str], most: int, between: str = ", ") -> str:
     """Words in a row, or the first of them and how many more there are: "a, b and 3 more"."""
     more = f" and {len(words) - most} more" if len(words) > most else ""
