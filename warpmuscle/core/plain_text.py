@@ -37,12 +37,12 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
     return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
 
 
-def in_words_of_size(count: float) -> str:
-    """A count as it is read: "940", "64 thousand", "1.44 million"."""
+def many_of(count: float, noun: str) -> str:
+    """A number of things, of which there may be millions: "1 step", "940 steps", "64 thousand steps"."""
     for least, size, word in ((1e6, 1e6, "million"), (1e4, 1e3, "thousand")):
         if count >= least:
-            return f"{count / size:.4g} {word}"
-    return f"{count:.0f}"
+            return f"{count / size:.4g} {word} {number_of(2, noun)[2:]}"
+    return number_of(round(count), noun)
 
 
 def few_of(words: Sequence[str], most: int, between: str = ", ") -> str:

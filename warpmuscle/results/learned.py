@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from warpmuscle.core import hdf5
 from warpmuscle.core.array_checks import check_numbers
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.plain_text import in_words_of_size, number_of
+from warpmuscle.core.plain_text import many_of, number_of
 
 Singles = NDArray[np.float32]
 HUGE_WEIGHT = 1e6  # whose sums are numbers of single precision
@@ -116,7 +116,7 @@ class Ancestor:
 
     def __str__(self) -> str:
         how = f", {self.command}" if self.command else ""
-        return f"{self.file}: seed {self.seed}, {in_words_of_size(self.decisions)} decisions{how}"
+        return f"{self.file}: seed {self.seed}, {many_of(self.decisions, 'decision')}{how}"
 
 
 @dataclass(frozen=True, repr=False)
