@@ -12,7 +12,7 @@ from rich.text import Text
 from typer.main import get_command
 from typer.testing import CliRunner
 
-from warpmuscle.cli.program import GROUPS, app
+from warpmuscle.cli.program import COMMANDS, GROUPS, app
 from warpmuscle.core.errors import Error
 
 
@@ -81,3 +81,19 @@ def test_words_in_brackets_are_not_lost_from_help_as_markup():
     assert len({name for name, _ in every}) > 30
     assert any("table \\[study]" in text for _, text in every)
     assert [name for name, text in every if Text.from_markup(text).plain != text.replace("\\[", "[")] == []
+
+
+def every_command(command: Any) -> Iterator[Any]:
+    for one in getattr(command, "commands", {}).values():
+        yield from every_command(one) if hasattr(one, "commands") else [one]
+
+
+def test_terminals_break_the_lines_of_descriptions_where_they_are_full():
+    texts = [command.help or "" for command in every_command(get_command(app)) if not command.hidden]
+    assert len(texts) > 30
+    assert all(text and "\n" not in text.replace("\n\n", "") for text in texts)
+
+
+def test_help_lists_commands_below_what_they_are_for():
+    shown = CliRunner().invoke(app, ["--help"]).stdout
+    assert all(topic in shown for topic in COMMANDS)

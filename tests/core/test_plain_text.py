@@ -13,7 +13,7 @@ from patience import PATIENCE
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error, ResultError, SceneError, SignalError
-from warpmuscle.core.plain_text import few_of, number_of, printable
+from warpmuscle.core.plain_text import few_of, many_of, number_of, printable
 from warpmuscle.formats import load, toml
 
 NAMES = ["[red]x", "a[/b]", "12:100:", ":boom:", "[link=http://x]y", "\\[bold]"]
@@ -133,3 +133,12 @@ def test_long_lists_of_words_say_how_many_more_there_are():
     assert few_of(["a", "b", "c"], 3) == "a, b, c"
     assert few_of(("a", "b", "c", "d"), 2, "; ") == "a; b and 2 more"
     assert few_of([], 2) == ""
+
+
+@pytest.mark.parametrize(
+    ("count", "words"),
+    [(0.0, "0 steps"), (1, "1 step"), (24, "24 steps"), (9999.4, "9999 steps"), (64000, "64 thousand steps"),
+     (1_442_000, "1.442 million steps"), (278e6, "278 million steps")],
+)  # fmt: skip
+def test_counts_are_in_words_of_their_size(count, words):
+    assert many_of(count, "step") == words

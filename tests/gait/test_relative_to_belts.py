@@ -6,6 +6,7 @@ import numpy as np
 from small_result import walk_result, walk_scene
 from warpmuscle.gait.measures import measure
 from warpmuscle.gait.relative_to_belts import over_belts
+from warpmuscle.gait.sides import measures_of_sides
 from warpmuscle.scene import Treadmill
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.scene.treadmill.belt_motion import mean_shift
@@ -25,4 +26,6 @@ def test_a_walk_on_a_treadmill_measures_as_the_same_walk_over_the_ground():
     assert over_belts(walk, ground) is walk
     there, here = measure(on_belt, belt), measure(walk, ground)
     assert abs(there.step_length - here.step_length) < 1e-4
+    steps, same = measures_of_sides(on_belt, belt)["step length"], measures_of_sides(walk, ground)["step length"]
+    assert np.abs(np.subtract(steps[1:], same[1:])).max() < 1e-4
     assert there.speed_forward == here.speed_forward  # which is recorded relative to the belts

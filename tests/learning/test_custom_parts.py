@@ -95,6 +95,33 @@ def _tilted(instance: int, model: Model, state: State, work: Scratch, decision: 
 
 
 @wp.func
+def _nudged(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+            memory: wp.array[float]):
+    memory[0] = memory[0] + 1.0
+    state.coordinates[instance, 7] = 0.4 * memory[0] + 0.05 * wp.randf(random)
+
+
+@wp.func
+def _counted(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+             memory: wp.array[float]) -> float:
+    memory[0] = memory[0] + 1.0
+    return memory[0] + 0.1 * wp.randf(random)
+
+
+@wp.func
+def _wide(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+          own: Width) -> float:
+    return own.width + 0.1 * wp.randf(random)
+
+
+@wp.func
+def _widening(instance: int, model: Model, state: State, work: Scratch, decision: Decision, random: wp.uint32,
+              own: Width, memory: wp.array[float]) -> float:
+    memory[0] = memory[0] + 1.0
+    return own.width * memory[0] + 0.1 * wp.randf(random)
+
+
+@wp.func
 def _late(instance: int, model: Model, state: State, work: Scratch, decision: Decision) -> bool:
     return decision.length[instance] >= 3 + instance % 2
 
@@ -113,6 +140,10 @@ somewhere = Declaration(function=_somewhere, stage="decision")
 bent = Declaration(function=_bent, stage="decision")
 turned = Declaration(function=_turned, stage="decision", parameters=Width, memory=1)
 tilted = Declaration(function=_tilted, stage="decision", parameters=Width)
+nudged = Declaration(function=_nudged, stage="decision", memory=1)
+counted = Declaration(function=_counted, stage="decision", memory=1)
+wide = Declaration(function=_wide, stage="decision", parameters=Width)
+widening = Declaration(function=_widening, stage="decision", parameters=Width, memory=1)
 reached = Declaration(function=_late, stage="decision", sign="earned")
 lost = Declaration(function=_late, stage="decision")
 harder = Declaration(function=_harder, stage="decision")
@@ -289,6 +320,29 @@ def test_a_start_may_have_numbers_and_a_memory_of_its_own(name: str):
     assert len(starts) >= N
     assert np.all((starts >= 0.3) & (starts <= 0.35))
     assert np.ptp(starts) > 0.01
+
+
+def test_goals_and_starts_may_have_a_memory_numbers_or_both():
+    drawn = {"counted": 1.0, "wide": 0.3, "widening": 0.5}  # what is the least of each, which may be 0.1 more
+    task = task_with(
+        goals={name: Goal(draw=f"{NAME}:{name}") for name in drawn}, ends=[f"{NAME}:reached"],
+        variation=Variation(velocity_noise=0.0, start=f"{NAME}:nudged"),
+    )  # fmt: skip
+    scene = arm()
+    scene.custom = {f"{NAME}:{name}": CustomPart({"width": drawn[name]}) for name in ("wide", "widening")}
+    batch = EpisodeBatch(scene, N, "cpu", task, 0, threads=1, trust=True)
+    column, goals, starts = batch.rollout.coordinate_names.index("elbow"), [], []
+    for _ in range(6):
+        batch.step()
+        new = batch.episodes.length.numpy() == 0
+        goals.append(batch.custom_parts.decision.goal.numpy()[new, : len(drawn)])
+        starts.append(batch.rollout.state.coordinates.numpy()[new, column])
+    away = np.concatenate(goals) - list(drawn.values())
+    assert len(away) >= N
+    assert np.all((away >= 0.0) & (away <= 0.1))
+    assert np.all(np.ptp(away, axis=0) > 0.01)
+    bent = np.concatenate(starts)
+    assert np.all((bent >= 0.4) & (bent <= 0.45))
 
 
 def test_an_end_that_is_a_cost_is_a_failure():

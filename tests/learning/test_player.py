@@ -1,15 +1,17 @@
 """What is said of policies that are told, or put into, what they have not learnt; PyTorch is not needed."""
 
+import re
 from dataclasses import replace
 
 import pytest
 
-from small_policy import random_policy
+from small_policy import learning_curve, random_policy, small_policy
 from small_result import no_parameters
-from warpmuscle.core.errors import Error, RolloutError, SceneError
+from warpmuscle.core.errors import Error, ResultError, RolloutError, SceneError
 from warpmuscle.learning import EpisodeBatch, Sense, Task
-from warpmuscle.learning.player import Player, beyond
-from warpmuscle.results.learned import PolicyTable
+from warpmuscle.learning.player import Player, beyond, learned_in
+from warpmuscle.optimization.best_scene import scene_in
+from warpmuscle.results.learned import Learned, PolicyTable
 from warpmuscle.results.records import Result
 from warpmuscle.results.result import read, write
 
@@ -51,6 +53,17 @@ def test_a_file_says_in_which_scene_its_policy_was_learnt(tmp_path):
     found = read(tmp_path / "p.h5").learned
     assert found is not None
     assert found.policy.scene == "reaching"
+
+
+def test_what_is_wrong_with_a_task_or_a_scene_in_a_file_is_said_with_the_file(tmp_path):
+    path = tmp_path / "p.h5"
+    learned = Learned(small_policy(), '{"decision_time": -1.0}', learning_curve(1), {})
+    write(path, Result('name = "x"\ngravity = "none"\n', "cpu", "", 0, no_parameters(), learned=learned))
+    wrong = r"damaged result file: the task of its policy: learning\.decision_time: must be greater than 0, is -1"
+    with pytest.raises(ResultError, match=f"^{re.escape(str(path))}: {wrong}"):
+        learned_in(path)
+    with pytest.raises(SceneError, match=f"^{re.escape(str(path))}, its scene:2: gravity: expected a number"):
+        scene_in(read(path))
 
 
 def test_what_a_critic_may_know_has_a_name_of_its_own_each():

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import inspect
 import shlex
 from collections.abc import Callable, Mapping, Sequence
 from pathlib import Path
@@ -40,6 +41,13 @@ def group(help: str, former: Callable[[Sequence[str]], str]) -> typer.Typer:
             return option or (word not in self.commands and (Path(word).suffix != "" or Path(word).exists()))
 
     return typer.Typer(help=help, cls=Group, no_args_is_help=True, pretty_exceptions_enable=False)
+
+
+def add(app: typer.Typer, name: str, command: Callable[..., Any], topic: str | None = None) -> None:
+    """Add a command, in the list below a topic. A terminal breaks the lines of its description where they are full."""
+    paragraphs = (inspect.getdoc(command) or "").split("\n\n")
+    text = "\n\n".join(" ".join(paragraph.split()) for paragraph in paragraphs)
+    app.command(name, help=text, rich_help_panel=topic)(command)
 
 
 def add_renamed(app: typer.Typer, names: Mapping[str, str]) -> None:

@@ -27,7 +27,7 @@ from warpmuscle.cli.common import (
 from warpmuscle.cli.console import log, out
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import many_of, number_of
 from warpmuscle.simulation.cuda_warmup import start_driver
 
 if TYPE_CHECKING:
@@ -143,10 +143,10 @@ class TrainingBar(Bar):
         elif p.trying:
             done, state = f"{number_of(p.iterations, 'iteration')}", "trying the policy"
         else:
-            done = f"{number_of(p.iterations, 'iteration')}, {p.decisions / 1e6:.2f} M decisions"
+            done = f"{number_of(p.iterations, 'iteration')}, {many_of(p.decisions, 'decision')}"
             lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
             disturbed = f"disturbed by {100.0 * p.hardness:.0f} %, " if p.hardness < 1.0 else ""
-            state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{disturbed}{p.rate / 1e3:.0f} k decisions/s"
+            state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{disturbed}{many_of(p.rate, 'decision')}/s"
         self.show(p.fraction, done, state, at_once=p.compiling)
 
 
@@ -158,7 +158,7 @@ def _print_trained(trained: Trained, passed: float) -> None:
     if len(curve["iteration"]):
         decisions, wall = float(curve["decisions"][-1]), float(curve["wall_time"][-1])
         out.print(
-            f"{number_of(int(curve['iteration'][-1]), 'iteration')}, {decisions / 1e6:.3g} million decisions in "
+            f"{number_of(int(curve['iteration'][-1]), 'iteration')}, {many_of(decisions, 'decision')} in "
             f"{wall:.1f} s of "
             f"learning ({decisions / max(wall, 1e-9):.0f}/s), {passed:.1f} s in all, on {trained.result.device}; "
             f"{learned.ended}",

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import copy
 import inspect
-import itertools
 import os
 import shlex
 import sys
@@ -22,7 +21,7 @@ from warpmuscle.cli.bodies.walking_task import walking_task
 from warpmuscle.cli.console import marked, out
 from warpmuscle.cli.ending import run_to_end
 from warpmuscle.cli.gaits import gait, robustness
-from warpmuscle.cli.groups import add_renamed
+from warpmuscle.cli.groups import add, add_renamed
 from warpmuscle.cli.inverse import inverse
 from warpmuscle.cli.judge import judge
 from warpmuscle.cli.learn import learn
@@ -60,11 +59,13 @@ COMMANDS: dict[str, tuple[Callable[..., Any], ...]] = {  # by what they are for,
 }
 GROUPS = {"creature": creature, "synergies": synergies, "throw": throw}  # of commands, such as `throw fit`
 RENAMED = {"cluster-synergies": "synergies cluster", "throw-rule": "throw predict"}
-for command in itertools.chain(*COMMANDS.values()):
-    if not isinstance(command, typer.Typer):
-        app.command(command.__name__.replace("_", "-"))(command)
-for name, commands in GROUPS.items():
-    app.add_typer(commands, name=name)
+for topic, commands in COMMANDS.items():
+    for command in commands:
+        if not isinstance(command, typer.Typer):
+            add(app, command.__name__.replace("_", "-"), command, topic)
+for name, group in GROUPS.items():
+    topic = next(topic for topic, commands in COMMANDS.items() if group in commands)
+    app.add_typer(group, name=name, rich_help_panel=topic)
 add_renamed(app, RENAMED)
 
 

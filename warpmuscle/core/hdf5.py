@@ -219,7 +219,7 @@ def members(group: Any, name: str) -> Any:
     """The group under a name in a group; raises KeyError or ValueError if there is none."""
     found = member(group, name)
     if not isinstance(found, h5py.Group):
-        raise ValueError(f"{found.name} is no group")
+        raise ValueError(f"{found.name} is not a group")
     return found
 
 
@@ -239,7 +239,7 @@ def strings(dataset: Any) -> tuple[str, ...]:
         ValueError or TypeError: it holds something else, or more than fits.
     """
     if not isinstance(dataset, h5py.Dataset):
-        raise ValueError(f"{dataset.name} is no dataset")
+        raise ValueError(f"{dataset.name} is not a dataset")
     if dataset.ndim != 1:
         raise ValueError(f"{dataset.name} has shape {dataset.shape}; a list of names has one axis")
     says = _said_of(dataset.name)
@@ -257,7 +257,7 @@ def strings(dataset: Any) -> tuple[str, ...]:
 def text(dataset: Any) -> str:
     """The one string of a dataset; raises ValueError or TypeError if it holds something else."""
     if not isinstance(dataset, h5py.Dataset):
-        raise ValueError(f"{dataset.name} is no dataset")
+        raise ValueError(f"{dataset.name} is not a dataset")
     if dataset.shape != ():
         raise ValueError(f"{dataset.name} has shape {dataset.shape}, and should be one text")
     try:

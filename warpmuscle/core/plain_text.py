@@ -37,6 +37,14 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
     return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
 
 
+def many_of(count: float, noun: str) -> str:
+    """A number of things, of which there may be millions: "1 step", "940 steps", "64 thousand steps"."""
+    for least, size, word in ((1e6, 1e6, "million"), (1e4, 1e3, "thousand")):
+        if count >= least:
+            return f"{count / size:.4g} {word} {number_of(2, noun)[2:]}"
+    return number_of(round(count), noun)
+
+
 def few_of(words: Sequence[str], most: int, between: str = ", ") -> str:
     """Words in a row, or the first of them and how many more there are: "a, b and 3 more"."""
     more = f" and {len(words) - most} more" if len(words) > most else ""

@@ -30,6 +30,13 @@ def reaches_over(clock: Floats, first: float, last: float) -> bool:
     return bool(clock[0] - late <= first and last <= clock[-1] + late)
 
 
+def weighted_median(values: Floats, weights: Floats) -> float:
+    """The least of some values that, with all that are less, have half of the weight; at least one weight is not 0."""
+    order = np.argsort(values, axis=None, kind="stable")
+    below = np.cumsum(weights.ravel()[order])
+    return float(values.ravel()[order][np.searchsorted(below, 0.5 * below[-1])])
+
+
 def nearest_rows(time: Floats, moments: Floats) -> Integers:
     """Numbers (n,) of the times (F,) that are nearest to moments (n,), of equally near ones the earlier."""
     order = np.argsort(time, kind="stable")

@@ -22,6 +22,8 @@ from warpmuscle.scene.controller import SIMBICON
 from warpmuscle.scene.validation.scene import check_scene
 from warpmuscle.scene.validation.start import doubts_of
 
+TEXT = "<text>"  # what errors call a text that is in no file
+
 
 def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
     """Read and check a scene.
@@ -43,13 +45,13 @@ def read(path: str | Path, doubts: list[SceneError] | None = None) -> Scene:
     return _scene(Source.read(path), path.parent, doubts)
 
 
-def loads(text: str, folder: Path = Path()) -> Scene:
+def loads(text: str, folder: Path = Path(), name: str = TEXT) -> Scene:
     """A checked scene from TOML text; files that it names, such as its `base`, are taken from a folder.
 
     Raises:
-        SceneError: with key and line, the file being `<text>`.
+        SceneError: with key and line, the file being `name`.
     """
-    return _scene(Source(Path("<text>"), text), folder)
+    return _scene(Source(Path(name), text), folder)
 
 
 def write(scene: Scene, path: str | Path) -> None:

@@ -66,12 +66,12 @@ def measures_of_sides(recording: Recording, scene: Scene) -> dict[str, OfSides]:
     Raises:
         Error: no legs, or no whole gait cycle.
     """
-    recording = over_belts(recording, scene)
+    given, recording = recording, over_belts(recording, scene)
     cycles = steady_strides(recording, scene)
     curves = gait_curves(recording, scene, cycles)
     scores = profile_scores(variable_scores(curves))
     found: dict[str, OfSides] = {}
-    _put(found, "step length", "m", _step_lengths(recording, scene))
+    _put(found, "step length", "m", _step_lengths(given, scene))
     _put(found, "stance", "% of the cycle", [_stance(recording, scene, cycles, side) for side in SIDES])
     if scores:
         _put(found, "gait profile score", "deg", [scores[side] for side in SIDES])

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -15,6 +16,7 @@ from warpmuscle.inverse.emg import Emg
 from warpmuscle.inverse.kinematics import Kinematics
 from warpmuscle.inverse.output import Trial
 from warpmuscle.inverse.reactions.joint_reactions import reactions_of
+from warpmuscle.inverse.recordings.belt import belt_of, on_belt
 from warpmuscle.inverse.recordings.measured import measured_of
 from warpmuscle.inverse.recordings.motion import recorded_motions
 from warpmuscle.inverse.static_optimization import activations_of
@@ -22,6 +24,7 @@ from warpmuscle.inverse.tracking.track import track_trials
 from warpmuscle.inverse.tracking.tracked import Tracked
 from warpmuscle.inverse.tracking.tracker import TrackingOptions
 from warpmuscle.inverse.trial import Coordinates, Loads
+from warpmuscle.results.recording import Recording
 
 STEPS = ("ik", "id", "so", "jr", "track")
 
@@ -87,7 +90,10 @@ def run_steps(
     if "track" in steps:
         begin, end = ([float(at[k]) for at in trials.times] for k in (0, -1))
         tracked = track_trials(body, motions, list(loads), tracking or TrackingOptions(), filter, begin, end, recorded)
-    shown = recorded_motions(body, trials, dynamics.effort, activations) if recorded else nothing
+    shown: Sequence[Recording | None] = nothing
+    if recorded:
+        shown = made = recorded_motions(body, trials, dynamics.effort, activations)
+        tracked = [_on_belt_of(run, own) for run, own in zip(tracked, made, strict=True)]
     markers = nothing if fitted is None else list(fitted)
     seen = [measured_of(body, trials, k, markers[k]) if recorded else None for k in range(len(names))]
     found = zip(names, motions, moments, activations or nothing, reactions, tracked, shown, seen, strict=True)
@@ -95,6 +101,13 @@ def run_steps(
         Trial(name, motion, own if "id" in steps else None, acting, reaction, followed, recording, measured)
         for name, motion, own, acting, reaction, followed, recording, measured in found
     ]
+
+
+def _on_belt_of(run: Tracked | None, motion: Recording) -> Tracked | None:
+    """A run that plates carry, which is on the belt of the motion that it follows."""
+    if run is None or run.motion is None or run.ground is not None:
+        return run
+    return replace(run, motion=on_belt(run.motion, belt_of(motion)))
 
 
 def frames_of(motion: Coordinates, first: float, last: float, every: int) -> Floats:

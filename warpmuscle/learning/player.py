@@ -27,6 +27,7 @@ from warpmuscle.scene.controller import Command
 from warpmuscle.scene.joints.symmetry import is_symmetric
 from warpmuscle.scene.learning import Task, Variation
 from warpmuscle.scene.parameters import at_start
+from warpmuscle.scene.validation.checks import check_ranges
 from warpmuscle.simulation.perturbations import Perturbations
 
 UNITS = {"speed": "m/s", "turning_rate": "rad/s"}  # of commands
@@ -139,9 +140,12 @@ def text_of(task: Task) -> str:
 def task_of(learned: Learned) -> Task:
     """The task that a policy of a result file has learnt; raises ResultError if it is none."""
     try:
-        return msgspec.json.decode(learned.task, type=Task)
-    except (msgspec.DecodeError, ValueError, RecursionError) as error:
-        raise ResultError(f"damaged result file: the task of its policy: {error}") from None
+        task = msgspec.json.decode(learned.task, type=Task)
+        check_ranges("learning", task)
+    except (msgspec.DecodeError, ValueError, RecursionError, SceneError) as error:
+        place = f"{learned.file}: " if learned.file else ""
+        raise ResultError(f"{place}damaged result file: the task of its policy: {error}") from None
+    return task
 
 
 def learned_in(path: str | Path) -> Learned:
@@ -149,10 +153,7 @@ def learned_in(path: str | Path) -> Learned:
     learned = read_learned(path)
     if learned is None:
         raise ResultError(f"{path}: holds no policy; `warpmuscle learn` makes one")
-    try:
-        task_of(learned)
-    except ResultError as error:
-        raise ResultError(f"{path}: {error}") from None
+    task_of(learned)
     return learned
 
 

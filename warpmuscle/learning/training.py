@@ -176,12 +176,14 @@ def _gone_on(
     ends = _checked_ends(iterations, until, target)
     try:
         options, task = options_of(known), task_of(earlier.learned)
+    except ResultError:
+        raise
     except Error as error:
         raise ResultError(f"{file}: damaged training: {error}") from None
     commands = "\n".join(filter(None, (earlier.command, command)))
     training = Training(
-        toml.loads(earlier.scene), task, options, earlier.seed, device or earlier.device, ends, threads, commands,
-        progress, interval,
+        toml.loads(earlier.scene, name=f"{file}, its scene"), task, options, earlier.seed, device or earlier.device,
+        ends, threads, commands, progress, interval,
     )  # fmt: skip
     try:
         training.go_on(earlier.learned, state)

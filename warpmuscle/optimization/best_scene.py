@@ -30,13 +30,18 @@ def recorded_scene(result: Result) -> Scene:
         return substitute(scene, start_values(scene))
 
 
+def named(result: Result) -> str:
+    """What errors call the text of the scene of a result."""
+    return f"{result.file}, its scene" if result.file else toml.TEXT
+
+
 def scene_in(result: Result) -> Scene:
     """The scene of a result, found to be the one that its tables are of.
 
     Raises:
         SceneError: it cannot be used. ResultError: its parameters, stages or terms are others.
     """
-    scene, found = toml.loads(result.scene), result.evaluations
+    scene, found = toml.loads(result.scene, name=named(result)), result.evaluations
     if found is None:
         return scene
     if tuple(parameter.name for parameter in free_parameters(scene)) != result.parameters.name:

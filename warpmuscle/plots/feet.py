@@ -11,6 +11,7 @@ from warpmuscle.gait.cycles import body_weight, longest_span
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.foot_sliding import LOADED
 from warpmuscle.gait.measures import feet_of
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import GRAY, SIDE_COLORS, heading, page
 from warpmuscle.plots.subject import Absent, Subject
@@ -32,7 +33,8 @@ _SPANS = {"touch-down": (-0.03, 0.11), "toe-off": (-0.12, 0.09)}
 
 def draw(subject: Subject) -> Any:
     """The last whole step of each foot: frames about its touch-down, and about its toe-off."""
-    recording, scene, cycles = subject.recording, subject.scene, subject.strides
+    scene, cycles = subject.scene, subject.strides
+    recording = over_belts(subject.recording, scene)
     try:
         feet = feet_of(scene)
     except Error as error:

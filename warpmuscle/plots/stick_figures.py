@@ -13,6 +13,7 @@ from warpmuscle.core.plain_text import rounded
 from warpmuscle.gait.cycles import leg_angles
 from warpmuscle.gait.foot_contact import SIDES, touch_downs
 from warpmuscle.gait.measures import Gait
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.plots.joints import RECORDED_COLOR, angle_label, joint_curves, recorded_curves
 from warpmuscle.plots.projection import project
 from warpmuscle.plots.style import SIDE_COLORS, WIDTH, empty_figure, save, style
@@ -42,7 +43,8 @@ _PANELS = 4  # below the figures
 
 def draw(subject: Subject) -> Any:
     """The last two steps of a walk, or the part of a motion that was chosen."""
-    shown = subject.recording if subject.choices.timed else _last_steps(subject.recording)
+    recording = over_belts(subject.recording, subject.scene)
+    shown = recording if subject.choices.timed else _last_steps(recording)
     return _figure(shown, subject.scene, subject.gait, subject.title, subject.recorded(shown))
 
 
@@ -64,7 +66,8 @@ def stick_figures(recording: Recording, scene: Scene, path: str | Path, gait: Ga
     if recording.frames < 2:
         raise Error("a figure needs a recording of at least two frames")
     with style():
-        figure = _figure(_last_steps(recording), at_start(scene), gait, scene.name)
+        numeric = at_start(scene)
+        figure = _figure(_last_steps(over_belts(recording, numeric)), numeric, gait, scene.name)
     save(figure, path)
 
 

@@ -18,6 +18,7 @@ from warpmuscle.formats import toml
 from warpmuscle.gait.cycles import Strides, steady_strides
 from warpmuscle.gait.measures import Gait, feet_of, measure
 from warpmuscle.gait.quality import runs, support_of
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.optimization.best_scene import recorded_scene
 from warpmuscle.results.motion_of_scene import check_motion_of
 from warpmuscle.results.partial_motion import demanding
@@ -123,7 +124,7 @@ class Subject:
         """Measures of the walk; None for a character without feet."""
         if self.scene.feet is None or any(foot not in self.recording.body_names for foot in self._feet):
             return None
-        return measure(self.recording, *self._feet)
+        return measure(over_belts(self.recording, self.scene), *self._feet)
 
     @property
     def _feet(self) -> tuple[str, str]:

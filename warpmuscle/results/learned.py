@@ -5,7 +5,7 @@ from __future__ import annotations
 import re
 import tomllib
 from collections.abc import Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 from warpmuscle.core import hdf5
 from warpmuscle.core.array_checks import check_numbers
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import many_of, number_of
 
 Singles = NDArray[np.float32]
 HUGE_WEIGHT = 1e6  # whose sums are numbers of single precision
@@ -116,7 +116,7 @@ class Ancestor:
 
     def __str__(self) -> str:
         how = f", {self.command}" if self.command else ""
-        return f"{self.file}: seed {self.seed}, {self.decisions / 1e6:.4g} million decisions{how}"
+        return f"{self.file}: seed {self.seed}, {many_of(self.decisions, 'decision')}{how}"
 
 
 @dataclass(frozen=True, repr=False)
@@ -130,6 +130,7 @@ class Learned:
     ended: str = ""  # why; empty while it goes on
     critic: PolicyTable | None = None  # network from what a critic may know to the rewards to come
     ancestors: tuple[Ancestor, ...] = ()  # the policy that it was learnt from, then the one that this was learnt from
+    file: str = field(default="", compare=False)  # that it was read from
 
     @property
     def decisions(self) -> int:
@@ -197,7 +198,7 @@ def _load_gait(file: Any) -> KeptGait | None:
         return None
     group = hdf5.members(file, "gait")
     arrays = (hdf5.array(group, name) for name in ("coordinate", "up", "landings"))
-    numbers = (float(hdf5.attribute(group, name)) for name in ("right", "cycle_time"))
+    numbers = (hdf5.number(group, name) for name in ("right", "cycle_time"))
     return KeptGait(str(hdf5.attribute(group, "scene")), *arrays, *numbers)
 
 

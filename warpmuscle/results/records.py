@@ -237,6 +237,7 @@ class Result:
     parts: Mapping[str, Mapping[str, float]] = field(default_factory=dict)  # of terms, by joint or muscle, undisturbed
     fit: Fit | None = None  # of motions to recorded ones, which are then their `joint_target`
     learned: Learned | None = None  # a policy that drives the scene
+    file: str = field(default="", compare=False)  # that it was read from
 
     def __repr__(self) -> str:
         parts = [f"seed {self.seed} on {self.device}" if self.device else ""]

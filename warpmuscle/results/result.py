@@ -43,7 +43,7 @@ import contextlib
 import io
 import tomllib
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import fields
+from dataclasses import fields, replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -145,7 +145,8 @@ def read(path: str | Path, run: str | None = None, *, replay: int | None = None)
     with opened(file, run) as group:
         result = load(group, None if replay is None else as_integer(replay, "replay", 0))
         check_result(result)
-        return result
+    learned = None if result.learned is None else replace(result.learned, file=str(file))
+    return replace(result, file=str(file), learned=learned)
 
 
 class Glance(NamedTuple):
@@ -186,7 +187,7 @@ def read_learned(path: str | Path) -> Learned | None:
             return None
         learned = load_learned(file)
         check_learned(learned)
-        return learned
+        return replace(learned, file=str(path))
 
 
 def image(result: Result) -> bytes:

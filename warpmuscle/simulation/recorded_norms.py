@@ -72,7 +72,7 @@ def recorded_norms(scene: Scene) -> RecordedNorms | None:
 def _body(result: Result, path: Path) -> Scene:
     """The scene of the recorded body, without free parameters."""
     try:
-        scene = toml.loads(result.scene)
+        scene = toml.loads(result.scene, name="its scene")
         return at_start(scene)
     except Error as error:
         raise RolloutError(f"{path}: the body of its motions is not known: {error}") from None

@@ -12,7 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.pose import about, multiply, normalized, rotate, twist_angle
 from warpmuscle.gait.foot_sliding import foot_points
-from warpmuscle.gait.relative_to_belts import over_belts
+from warpmuscle.gait.relative_to_belts import belt_shift, over_belts
 from warpmuscle.model.controllers.simbicon import trajectory_bodies
 from warpmuscle.results.joint_poses import joint_places
 from warpmuscle.results.motion_of_scene import check_motion_of
@@ -24,7 +24,7 @@ from warpmuscle.scene.objects.motion import ObjectMotion
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.topology import Topology, topology
 from warpmuscle.view.curves import FULL_FORCE
-from warpmuscle.view.measured.content import at_times
+from warpmuscle.view.measured.content import at_times, moved_back
 from warpmuscle.view.muscle_lines import MuscleLines, Routes, muscle_lines, point_weights, world_points
 from warpmuscle.view.objects import motions_of
 from warpmuscle.view.packing import encodable
@@ -129,7 +129,11 @@ def track_of(
         Error: the recording has no frames, or is of another character.
     """
     doll = doll if doll is not None else _checked_doll(recording, scene)
-    recording = over_belts(thinned(recording, rate), scene)
+    recording = thinned(recording, rate)
+    seen = at_times(measured, recording.time)
+    shift = belt_shift(recording, scene)
+    if shift is not None:
+        recording, seen = over_belts(recording, scene), None if seen is None else moved_back(seen, shift)
     f_max = np.array([scene.character.muscles[name].f_max for name in recording.muscle_names], dtype=np.float64)
     return Track(
         label=encodable(label or scene.name),
@@ -143,7 +147,7 @@ def track_of(
         foot_force=np.stack([recording.foot_force_left, recording.foot_force_right], axis=1),
         foot_center=foot_centers(recording, scene),
         objects=motions_of(recording, scene),
-        measured=at_times(measured, recording.time),
+        measured=seen,
     )
 
 

@@ -10,6 +10,7 @@ import typer
 
 from warpmuscle.cli.bodies.build import build
 from warpmuscle.cli.bodies.judge import judge
+from warpmuscle.cli.groups import add
 
 creature = typer.Typer(
     help="Make animals from short descriptions, and judge their muscles.",
@@ -17,4 +18,4 @@ creature = typer.Typer(
     pretty_exceptions_enable=False,
 )
 for command in (build, judge):
-    creature.command(command.__name__)(command)
+    add(creature, command.__name__, command)

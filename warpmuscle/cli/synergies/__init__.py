@@ -6,7 +6,7 @@ To add: a command in a module of its own, its name below.
 
 from __future__ import annotations
 
-from warpmuscle.cli.groups import group, instead
+from warpmuscle.cli.groups import add, group, instead
 from warpmuscle.cli.synergies.cluster import cluster
 from warpmuscle.cli.synergies.extract import extract
 
@@ -15,4 +15,4 @@ synergies = group(
     lambda arguments: instead("synergies extract", arguments),
 )
 for command in (extract, cluster):
-    synergies.command(command.__name__)(command)
+    add(synergies, command.__name__, command)

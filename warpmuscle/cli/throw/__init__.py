@@ -8,7 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 
-from warpmuscle.cli.groups import group, instead
+from warpmuscle.cli.groups import add, group, instead
 from warpmuscle.cli.throw.compare import compare
 from warpmuscle.cli.throw.fit import fit
 from warpmuscle.cli.throw.goal import goal
@@ -28,4 +28,4 @@ def _former(arguments: Sequence[str]) -> str:
 
 throw = group("Fit an arm to recorded motions, throw a ball at goals, compare fits.", _former)
 for command in (fit, goal, predict, compare):
-    throw.command(command.__name__)(command)
+    add(throw, command.__name__, command)

@@ -86,7 +86,7 @@ def build(
     common, character.muscles = MuscleBuilder(model, skeleton.placement, coordinates, notes).build()
     scene = Scene(name=model.name, character=character, initial_state=skeleton.initial, muscle_model=common)
     scene.description = shortened(
-        f"OpenSim model {model.file.name}" + (f" by {model.credits}" if model.credits else "")
+        f"OpenSim model {model.file.name}" + (f"; credits: {model.credits}" if model.credits else "")
     )
     scene.opensim = skeleton.opensim
     scene.opensim.controls = controls_of(model, notes)

@@ -10,6 +10,7 @@ from warpmuscle.core.pose import conjugate, multiply, rotate
 from warpmuscle.inverse.activations import Activations
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.dynamics import Prepared
+from warpmuscle.inverse.recordings.belt import belt_velocity, on_belt
 from warpmuscle.inverse.smoothing import spline
 from warpmuscle.results.degrees_of_freedom import with_joint_angles
 from warpmuscle.results.recording import Recording
@@ -81,8 +82,9 @@ def _motion(
         "joint_angle": np.zeros((len(times), 0)),
         "joint_target": np.broadcast_to([0.0, 0.0, 0.0, 1.0], (len(times), len(parents), 4)).copy(),  # there are none
     }  # fmt: skip
-    for side, word in enumerate(("left", "right")):
-        arrays[f"foot_force_{word}"] = _on_foot(trials, scene, body, part, side)
+    on_feet = [_loads_on(trials, scene, body, side) for side in (0, 1)]
+    for word, own in zip(("left", "right"), on_feet, strict=True):
+        arrays[f"foot_force_{word}"] = trials.loads.force[part][:, own].sum(axis=1)
     muscles: tuple[str, ...] = ()  # without activation dynamics, so that excitations are activations
     if activations is not None:
         muscles = activations.muscles
@@ -95,7 +97,10 @@ def _motion(
         arrays, names.joints, names.bodies, muscles, *coordinate_names(names, character), kept=list(arrays),
         **dict(zip(("coordinate_units", "speed_units"), coordinate_units(names, character), strict=True)),
     )  # fmt: skip
-    return with_joint_angles(motion, scene)
+    feet = [number for own in on_feet for number in own]
+    on, acting = [trials.loads.body[number] for number in feet], (trials.loads.force, trials.loads.point)
+    belt = belt_velocity(times, position[:, on], angular[:, on], *(one[part][:, feet] for one in acting))
+    return with_joint_angles(on_belt(motion, belt), scene)
 
 
 def _centres(body: BodyModel, bodies: list[BodyMotion]) -> list[Floats]:
@@ -119,14 +124,12 @@ def _torques(body: BodyModel, bodies: list[BodyMotion], effort: Floats) -> Float
     return found
 
 
-def _on_foot(trials: Prepared, scene: Scene, body: BodyModel, part: slice, side: int) -> Floats:
-    """Force (n, 3) of all loads on a foot and what hangs on it, N."""
-    count = part.stop - part.start
+def _loads_on(trials: Prepared, scene: Scene, body: BodyModel, side: int) -> list[int]:
+    """Which loads act on a foot and what hangs on it."""
     if scene.feet is None:
-        return np.zeros((count, 3))
+        return []
     foot = body.topology.bodies.index(scene.feet[side])
-    chosen = [k for k, number in enumerate(trials.loads.body) if _belongs(body.topology.parents, number, foot)]
-    return np.asarray(trials.loads.force[part][:, chosen].sum(axis=1))
+    return [k for k, number in enumerate(trials.loads.body) if _belongs(body.topology.parents, number, foot)]
 
 
 def _belongs(parents: list[int] | tuple[int, ...] | Integers, number: int, foot: int) -> bool:

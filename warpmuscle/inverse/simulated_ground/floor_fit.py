@@ -13,7 +13,9 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.sequences import weighted_median
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel, Dynamics
+from warpmuscle.inverse.recordings.belt import LEAST
 from warpmuscle.inverse.simulated_ground.foot_contact import HERTZ, Foot, places
 from warpmuscle.scene.joints import root_type
 
@@ -25,7 +27,6 @@ TRUST = 0.1, 0.005  # of the greatest force, and times m, by which forces and th
 FRAMES = 3  # that a trial's count as: errors of neighbours are alike
 CARRIED = 20.0  # N, that one of the feet carries at some time at least
 LOW = 0.1  # quantile of a point's heights that is on the floor
-BELT = 0.2  # m/s; what is slower is no belt
 
 
 class Recorded(NamedTuple):
@@ -119,10 +120,7 @@ def _belt(trial: Recorded, force: Floats) -> Floats:
         return found
     rate = np.gradient(trial.place, trial.times, axis=0)
     for axis in (0, 2):
-        speed, weight = rate[..., axis].ravel(), force.ravel()
-        order = np.argsort(speed, kind="stable")
-        carried = np.cumsum(weight[order])
-        if carried[-1] > 0.0:
-            middle = float(speed[order][np.searchsorted(carried, 0.5 * carried[-1])])
-            found[axis] = middle if abs(middle) > BELT else 0.0
+        if force.max(initial=0.0) > 0.0:
+            middle = weighted_median(rate[..., axis], force)
+            found[axis] = middle if abs(middle) > LEAST else 0.0
     return found

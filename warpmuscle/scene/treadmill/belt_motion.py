@@ -12,6 +12,7 @@ from warpmuscle.scene.ground import plane
 from warpmuscle.scene.treadmill.part import Treadmill
 
 BELTS = "ground.treadmill.left", "ground.treadmill.right"  # what recordings call their speeds, m/s, backwards
+MEASURED_BELT = "ground.velocity.x", "ground.velocity.z"  # m/s, world: of the belt below a measured motion
 
 
 def knots_of(treadmill: Treadmill) -> Floats:

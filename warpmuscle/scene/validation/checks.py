@@ -6,7 +6,7 @@ import difflib
 import itertools
 import math
 from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Self
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import LEAST_NUMBER, check_size
@@ -15,6 +15,11 @@ from warpmuscle.scene.number import Free, Number
 from warpmuscle.scene.parameters import PLAIN, distances_of_commands, leaves, named_members, ranges_of_commands
 from warpmuscle.scene.part import Part, Range
 from warpmuscle.scene.units import declared
+
+
+def check_ranges(key: str, part: Any) -> None:
+    """All numbers below a key, none of which is free, are in the ranges that their fields declare; else SceneError."""
+    Checks.alone().ranges(key, part)
 
 
 class Checks:
@@ -29,6 +34,13 @@ class Checks:
         check_size("values", len(self.every), SceneError)
         self.free = {key: number for key, number in self.every if isinstance(number, Free) and not number.same_as}
         self._ranges, self._distances = ranges_of_commands(to_check), distances_of_commands(to_check)
+
+    @classmethod
+    def alone(cls) -> Self:
+        """Of a part without a scene, whose numbers are not free."""
+        found = cls.__new__(cls)
+        found.free = {}
+        return found
 
     def interval(self, number: Number) -> tuple[float, float]:
         """Lowest and highest value that a number can take."""

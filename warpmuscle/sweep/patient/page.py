@@ -311,5 +311,6 @@ def _main_changes(found: PathResult) -> list[dict[str, Any]]:
         listed.append({
             "name": name, "lines": [text for _, text in ranked[:6]], "more": max(len(ranked) - 6, 0),
             "walked": "" if walked is None else f"{walked.walked} of {walked.runs}",
+            "fell": walked is None or walked.walked == 0,
         })  # fmt: skip
     return listed

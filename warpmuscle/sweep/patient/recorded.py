@@ -14,6 +14,7 @@ from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.gait.cycles import Strides, body_weight, leg_angles, over_strides, strides
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.measures import feet_of
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.kinematics import inverse_kinematics
@@ -145,9 +146,12 @@ def _speed(motion: Recording, scene: Scene, cycles: Mapping[str, Strides]) -> fl
     """Speed over the ground, m/s, on a treadmill over its belt, from the first touch-down to the last."""
     begin = min(own[0][0] for own in cycles.values())
     end = max(own[-1][1] for own in cycles.values())
+    given, motion = motion, over_belts(motion, scene)
     part = (motion.time >= begin) & (motion.time <= end)
     time, place = motion.time[part], motion.com[part, 2].astype(float)
     gone = float(np.interp(end, time, place) - np.interp(begin, time, place))
+    if motion is not given:
+        return gone / (end - begin)
     standing: list[Floats] = []
     for side, foot in zip(SIDES, feet_of(scene), strict=True):
         force = motion[f"foot_force_{side}"][part, 1]

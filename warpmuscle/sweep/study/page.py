@@ -27,10 +27,11 @@ PLACES = DECIMALS | {"W/kg": 2, "J/(kg m)": 2}  # of which changes are small
 OTHERWISE: dict[Verdict, str] = {"contradicts": "against what was expected", "open": "left open"}  # by verdict
 NAMES = ("", "run")  # axes of conditions that have but names
 VERDICTS = (
-    "Agrees: the interval that has the median of the changes with a confidence of 95 % lies on the side that was "
-    "expected, or, where only a value was expected, has it; in sign, not in size: it does not have the value that was "
-    "expected. Contradicts: it lies on the other side, or does not have it. Open: so few seeds cannot tell; it takes "
-    "six or more. What is to stay within a change agrees where all of the interval does."
+    "Agrees: the 95 % confidence interval of the median change lies on the expected side, or, if only a value was "
+    "expected, contains it; in sign, not in size: it lies on the expected side, but does not contain the expected "
+    "value. Contradicts: it lies on the other side, or does not contain the value. Open: it does neither, or there are "
+    "fewer than the six seeds that it takes. What should not change by more than an amount agrees if the whole "
+    "interval is within it."
 )
 
 

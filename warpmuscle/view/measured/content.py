@@ -29,6 +29,12 @@ def at_times(measured: Measured | None, times: Floats) -> Measured | None:
     return replace(measured, times=times, **{name: getattr(measured, name)[nearest] for name in vectors})
 
 
+def moved_back(measured: Measured, shift: Floats) -> Measured:
+    """What was measured, its places less those (F, 3), m, that belts have moved to."""
+    places = ("position", "modelled", "point")
+    return replace(measured, **{name: getattr(measured, name) - shift[:, None] for name in places})
+
+
 def measured_arrays(measured: Measured | None) -> dict[str, tuple[Floats, float]]:
     """Arrays (F, ...), and how finely to store them: markers, whether they were seen, and forces."""
     if measured is None:
