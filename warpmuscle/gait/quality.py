@@ -20,12 +20,12 @@ from warpmuscle.gait.cycles import (
     leg_angles,
     over_strides,
     steady_strides,
-    vertical_forces,
 )
 from warpmuscle.gait.device_work import device_work
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
 from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
+from warpmuscle.gait.ground_force import vertical_forces
 from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
 from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
