@@ -26,7 +26,8 @@ from warpmuscle.gait.cycles import NO_CYCLE
 
 RUNS = 20  # with each disturbance
 WIDEST = 7  # gaits of a table
-PARTS = {"verdicts": "measure", "further": "besides"}  # of a judgement, and what the first column of each is called
+MEASURE, BESIDES = "measure", "besides"
+PARTS = {"verdicts": MEASURE, "further": BESIDES}  # of a judgement, and what the first column of each is called
 COMMANDED = {  # measures of a gait at each command, and what they are called
     "speed": "speed, m/s",
     "angles outside the norms": "angles outside the norms, SD",
@@ -81,7 +82,7 @@ def _kinds(gaits: dict[str, dict[str, Any]], part: str) -> dict[tuple[tuple[str,
 def _table(part: str, head: str, bars: Sequence[tuple[str, ...]], gaits: dict[str, dict[str, Any]]) -> str:
     lines = [[head, "unit", "must", "goal", *(f"`{Path(gait).stem}`" for gait in gaits)]]
     lines += [["---"] * len(lines[0])]
-    lines += [[*bar, *(_cell(found[part][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
+    lines += [[*bar, *(cell(found[part][k]) for found in gaits.values())] for k, bar in enumerate(bars)]
     if part == "verdicts":
         lines.append(["fells it", f"of {RUNS}", "", "", *(_fells(found) for found in gaits.values())])
     return _markdown(lines)
@@ -107,17 +108,19 @@ def _markdown(lines: Sequence[Sequence[str]]) -> str:
 
 
 def _bar(one: dict[str, Any]) -> tuple[str, ...]:
-    return one["name"], one["unit"], _ends(one["must"]), _ends(one["goal"])
+    return one["name"], one["unit"], ends_in_words(one["must"]), ends_in_words(one["goal"])
 
 
-def _ends(ends: Sequence[float | None]) -> str:
+def ends_in_words(ends: Sequence[float | None]) -> str:
+    """What a row must or should reach, as a cell."""
     low, high = ends
     if low is None:
         return "" if high is None else f"up to {high:g}"
     return f"{low:g} or more" if high is None else f"{low:g} to {high:g}"
 
 
-def _cell(one: dict[str, Any]) -> str:
+def cell(one: dict[str, Any]) -> str:
+    """A value, and whether it is missed, or does not count, as a cell."""
     note = "no whole gait cycle" if NO_CYCLE in str(one["note"]) else str(one["note"])
     if one["value"] is None:
         return f"{note or 'falls'} (missed)" if one["reached"] == "missed" else note or "-"

@@ -11,11 +11,11 @@ from warpmuscle.gait.body_motion import (
     FORCE_AT_SPEED,
     body_measures,
     centre_of_mass,
-    forward_forces,
     measured_force,
 )
 from warpmuscle.gait.centre_of_pressure import centre_of_pressure, travel
 from warpmuscle.gait.cycles import body_weight
+from warpmuscle.gait.ground_force import forward_forces
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length
 from warpmuscle.gait.muscle_timing import beyond_chance, muscle_timing, side_and_muscle
 from warpmuscle.gait.pelvis_and_trunk import segments, turn_curves
@@ -54,15 +54,15 @@ def turned(motion: Recording, heading: float) -> Recording:
 def test_sway_bobbing_and_fore_aft_force_are_those_along_and_across_the_course(scene, motion, course):
     beat = 2.0 * np.pi * motion.time / STRIDE
     place = motion.com + np.stack([0.025 * np.sin(beat), 0.02 * np.cos(2.0 * beat), 0.0 * beat], axis=1)
-    push = np.stack([0.05 * np.cos(beat), 1.0 + 0.0 * beat, np.where(np.sin(beat) > 0.0, -0.15, 0.2)], axis=1)
+    push = np.stack([0.05 * np.cos(beat), 1.0 + 0.0 * beat, 0.025 - 0.175 * np.cos(beat)], axis=1)
     forces = {f"foot_force_{side}": body_weight(scene) * push for side in ("left", "right")}
     moved = turned(with_arrays(motion, com=place, **forces), course)
     found = centre_of_mass(moved, scene, STRIDES)
     assert found["sway of the centre of mass"] == pytest.approx(5.0, rel=0.02)
     assert found["bobbing of the centre of mass"] == pytest.approx(4.0, rel=0.02)
-    assert found["maximum braking force"] == pytest.approx(0.15)
-    assert found["maximum driving force"] == pytest.approx(0.2)
-    np.testing.assert_allclose(forward_forces(moved, scene)["left"], push[:, 2], atol=1e-6)
+    assert found["maximum braking force"] == pytest.approx(0.15, rel=1e-3)
+    assert found["maximum driving force"] == pytest.approx(0.2, rel=1e-3)
+    np.testing.assert_allclose(forward_forces(moved, scene)["left"], push[:, 2], atol=1e-3)
 
 
 def test_sway_is_beside_that_of_people_at_the_same_speed(scene, motion):

@@ -242,7 +242,9 @@ def test_sway_bobbing_and_fore_aft_force_are_told_along_the_way(scene: Scene, ya
     com = np.stack([cos * aside, 0.9 + 0.015 * np.cos(2.0 * phase), -sin * aside], axis=1)
     for side in ("left", "right"):
         percent = percent_of(motion.time, side)
-        along = np.where(percent < 30.0, -0.2, np.where(percent < 60.0, 0.25, 0.0)) * body_weight(scene)
+        braking, driving = (np.sin(np.pi * (percent - begin) / 30.0) for begin in (0.0, 30.0))
+        along = np.where(percent < 30.0, -0.2 * braking, np.where(percent < 60.0, 0.25 * driving, 0.0))
+        along *= body_weight(scene)
         force = motion[f"foot_force_{side}"].copy()
         force[:, 0], force[:, 2] = sin * along, cos * along
         forces[f"foot_force_{side}"] = force

@@ -76,6 +76,11 @@ FURTHER_WALK_BARS: Bars = {
     "ankle moment, maximum": ((1.1, 1.6), (1.1, 1.6)),
     "ankle power, maximum": ((2.0, 3.5), (2.4, 3.0)),
     "variability of the step length": ((5, 30), (5, 30)),
+    "clearance in mid-swing": ((None, None), (None, None)),
+    "pelvis obliquity, range": ((None, None), (None, None)),
+    "pelvis rotation, range": ((None, None), (None, None)),
+    "arm swing, range": ((None, None), (None, None)),
+    "gastrocnemius in swing, of stance": ((None, None), (None, None)),
     **TRIALS,
 }
 FURTHER_RUN_BARS: Bars = {"mean activation": ((None, None), (None, None)), **TRIALS}

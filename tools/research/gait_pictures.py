@@ -11,7 +11,8 @@ from pathlib import Path
 from typing import Any
 
 from warpmuscle.formats import toml
-from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, steady_strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, steady_strides
+from warpmuscle.gait.ground_force import vertical_forces
 from warpmuscle.gait.quality import runs, support_of
 from warpmuscle.plots import KINDS, Absent, Choices, Subject, draw
 from warpmuscle.plots.angles import angle_bands, legend_below, norm_band

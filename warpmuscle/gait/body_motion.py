@@ -8,8 +8,9 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.centre_of_pressure import centre_of_pressure, travel
-from warpmuscle.gait.cycles import PERCENT, Strides, body_weight, over_strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, Strides, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.ground_force import horizontal_forces, vertical_forces
 from warpmuscle.gait.joint_moments import from_people
 from warpmuscle.gait.likeness import dimensionless_speed, leg_length
 from warpmuscle.gait.measures import heading
@@ -53,12 +54,15 @@ def body_measures(
 
 
 def centre_of_mass(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> Found:
-    """How far the centre of mass moves to and fro and up and down, cm, and the fore-aft force, body weights."""
-    weight, turned = body_weight(scene), heading(recording)
+    """How far the centre of mass moves to and fro and up and down, cm, and extremes of the fore-aft force, weights.
+
+    Those are of the mean curve over a side's strides, as of the vertical force.
+    """
+    turned, forces = heading(recording), horizontal_forces(recording, scene)
+    ahead = np.stack([np.sin(turned), np.cos(turned)], axis=1)
     sway, bob, braking, driving = [], [], [], []
     for side in SIDES:
-        ahead = np.stack([np.sin(turned), np.cos(turned)], axis=1)
-        force = recording[f"foot_force_{side}"][:, [0, 2]]
+        along = []
         for begin, end in cycles[side]:
             inside = (recording.time >= begin) & (recording.time <= end)
             if np.count_nonzero(inside) < 3:
@@ -70,9 +74,10 @@ def centre_of_mass(recording: Recording, scene: Scene, cycles: dict[str, Strides
             across -= np.linspace(across[0], across[-1], len(across))  # walking aside is no sway
             sway.append(np.ptp(across))
             bob.append(np.ptp(place[:, 1]))
-            along = force[inside] @ way / weight
-            braking.append(-along.min())
-            driving.append(along.max())
+            along.append(over_strides(recording.time, forces[side], [(begin, end)])[0] @ way)
+        if along:
+            braking.append(-np.mean(along, axis=0).min())
+            driving.append(np.mean(along, axis=0).max())
     if not sway:
         return {}
     return {
@@ -81,13 +86,6 @@ def centre_of_mass(recording: Recording, scene: Scene, cycles: dict[str, Strides
         "maximum braking force": float(np.mean(braking)),
         "maximum driving force": float(np.mean(driving)),
     }
-
-
-def forward_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:
-    """Force of the ground (F,) on each foot along the root's heading, body weights; negative where it brakes."""
-    turned, weight = heading(recording), body_weight(scene)
-    ahead = np.stack([np.sin(turned), np.cos(turned)], axis=1)
-    return {side: np.sum(recording[f"foot_force_{side}"][:, [0, 2]] * ahead, axis=1) / weight for side in SIDES}
 
 
 def measured_force(relative: float) -> Floats | None:

@@ -9,10 +9,10 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.gait.body_motion import forward_forces
 from warpmuscle.gait.centre_of_pressure import centre_of_pressure
-from warpmuscle.gait.cycles import PERCENT, Strides, leg_angles, over_strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, Strides, leg_angles, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.ground_force import forward_forces, vertical_forces
 from warpmuscle.gait.joint_moments import PEOPLE, leg_moments, leg_powers
 from warpmuscle.gait.pelvis_and_trunk import stride_turns
 from warpmuscle.results.recording import Recording

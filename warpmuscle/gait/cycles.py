@@ -119,12 +119,6 @@ def along_x(joint: Joint) -> float:
     return float(2.0 * multiply(bent, conjugate(still))[0] / SMALL)
 
 
-def vertical_forces(recording: Recording, scene: Scene) -> dict[str, Floats]:
-    """Vertical ground forces (F,) on the feet over the weight of a numeric scene's character, by side."""
-    weight = body_weight(scene)
-    return {side: recording[f"foot_force_{side}"][:, 1] / weight for side in SIDES}
-
-
 def sagittal_angle(recording: Recording, joint: str) -> Floats:
     """Turn (F,) of a joint's child about x, rad, without jumps."""
     orientation = recording.joint_orientation[:, recording.joint_names.index(joint)]

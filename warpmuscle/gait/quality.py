@@ -20,12 +20,12 @@ from warpmuscle.gait.cycles import (
     leg_angles,
     over_strides,
     steady_strides,
-    vertical_forces,
 )
 from warpmuscle.gait.device_work import device_work
 from warpmuscle.gait.features import KeyPoint, force_humps, greatest, least, norm_deviation, peak
 from warpmuscle.gait.foot_contact import SIDES, Support, support
 from warpmuscle.gait.foot_sliding import foot_sliding
+from warpmuscle.gait.ground_force import vertical_forces
 from warpmuscle.gait.joint_moments import MOMENTS_AT, from_people, leg_moments, leg_powers, likeness, mean_curves
 from warpmuscle.gait.likeness import dimensionless_speed, from_norm, leg_length, means_at, norms_of, outside_span, trend
 from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
@@ -33,6 +33,7 @@ from warpmuscle.gait.muscle_effort import bhargava_costs, cost_of_transport, spe
 from warpmuscle.gait.muscle_timing import active_windows, muscle_timing
 from warpmuscle.gait.penetration import penetration
 from warpmuscle.gait.relative_to_belts import over_belts
+from warpmuscle.gait.swing import swing_measures
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import straight_legs
@@ -100,6 +101,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         | device_work(steady, scene, gait.cadence)
         | body_measures(recording, scene, cycles, gait.speed_forward, gait.cadence, normal and not running)
         | _of_timing(recording, cycles, normal and not running)
+        | swing_measures(recording, scene, cycles, shares.stance)
         | _of_headings(recording, scene, cycles)
         | _of_feet(steady, scene)
         | _of_bodies(recording, scene)

@@ -13,6 +13,7 @@ from warpmuscle.gait.device_work import UNIT as WORK_UNIT
 from warpmuscle.gait.joint_moments import MOMENTS_AT
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET, BHARGAVA_STRICT
 from warpmuscle.gait.quality import ACTIVE, AT, VARIABILITY, Measures
+from warpmuscle.gait.swing import ARMS, CALF, CLEARANCE
 from warpmuscle.scene.norms import FORCE, NORMS, REFERENCES, RUNNING, SOURCE
 from warpmuscle.scene.people.pinzone import MOMENTS
 from warpmuscle.scene.people.pinzone import SOURCE as PEOPLE
@@ -51,6 +52,9 @@ UNITS = {
     FORCE_AT_SPEED: _BODY_WEIGHTS,
     CADENCE_AT_SPEED: "%",
     "travel of the centre of pressure": "% of the foot",
+    CLEARANCE: "cm",
+    ARMS: "deg",
+    CALF: "%",
     "bodies inside each other": "cm",
     "time inside each other": "% of the time",
     "muscle mass": "kg",

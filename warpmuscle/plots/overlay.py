@@ -9,8 +9,9 @@ import numpy as np
 
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.curves import gait_curves
-from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.ground_force import vertical_forces
 from warpmuscle.plots.angles import angle_bands
 from warpmuscle.plots.convergence import generations_of
 from warpmuscle.plots.names import pairs

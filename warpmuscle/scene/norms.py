@@ -197,6 +197,8 @@ REFERENCES = {
     "pelvis tilt, range": Reference(1.8, 2.1, "Pinzone 2014, two centres"),
     "pelvis obliquity, range": Reference(8.6, 10.3, "Pinzone 2014, two centres"),
     "pelvis rotation, range": Reference(9.7, 13.1, "Pinzone 2014, two centres"),
+    "clearance in mid-swing": Reference(1.3, 1.3, "Winter 1992, Phys. Ther. 72:45"),
+    "arm swing, range": Reference(32.0, 32.0, "Murray 1967, Phys. Ther. 47:272"),
     "trunk tilt, range": Reference(4.0, 4.0, _CHUNG),
     "trunk obliquity, range": Reference(3.3, 3.3, _CHUNG),
     "trunk rotation, range": Reference(6.9, 6.9, _CHUNG),

@@ -11,7 +11,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, RolloutError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import toml
-from warpmuscle.gait.cycles import PERCENT, Strides, leg_angles, over_strides, strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, Strides, leg_angles, over_strides, strides
 from warpmuscle.gait.cycles import body_weight as weight_of_body
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.joint_moments import leg_moments
@@ -60,7 +60,7 @@ def recorded_norms(scene: Scene) -> RecordedNorms | None:
         moment = None
         if "norm_moments" in terms:
             moment = _means(motions, cycles, [leg_moments(motion, body) for motion in motions])
-        forces = [{"force": vertical_forces(motion, body)} for motion in motions]
+        forces = [{"force": _vertical_forces(motion, body)} for motion in motions]
         return RecordedNorms(angle, moment, _means(motions, cycles, forces).mean(axis=0)[0])
     except RolloutError:
         raise
@@ -81,6 +81,11 @@ def _body(result: Result, path: Path) -> Scene:
 def _cycles(motion: Recording, body: Scene, start: float) -> dict[str, Strides]:
     weight = weight_of_body(body)
     return {side: strides(motion, side, start, weight) for side in SIDES}
+
+
+def _vertical_forces(motion: Recording, body: Scene) -> dict[str, Floats]:
+    """As they were recorded, of both sides, body weights: a step compares its own force, which nobody filters."""
+    return {side: motion[f"foot_force_{side}"][:, 1] / weight_of_body(body) for side in SIDES}
 
 
 def _means(motions: Sequence[Recording], cycles: Sequence[dict[str, Strides]], curves: Sequence[Curves]) -> Floats:

@@ -16,6 +16,7 @@ from warpmuscle.gait.cycles import steady_strides
 from warpmuscle.gait.measures import heading, measure, steps_of
 from warpmuscle.gait.muscle_timing import active_windows
 from warpmuscle.gait.quality import ACTIVE, LEAST_FLIGHT, VARIABILITY, Measures, gait_measures
+from warpmuscle.gait.table import human
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
 from warpmuscle.scene.joints.symmetry import side_of
@@ -29,6 +30,7 @@ from warpmuscle.studies.verdicts import (
     PUSH,
     RUNNING,
     RUNS,
+    TOLD,
     Finding,
 )  # fmt: skip
 from warpmuscle.studies.walkers import Nerves, Walker
@@ -214,6 +216,10 @@ def of_measures(measures: Measures, recording: Recording, scene: Scene) -> dict[
         found[ACTIVE] = Finding(share, f"{muscles}; idle: {', '.join(idle)}" if idle else muscles)
     if (activation := measures.get(ACTIVATION)) is not None:
         found[ACTIVATION] = Finding(activation, judges=False)
+    for bar in TOLD:
+        if (value := measures.get(bar.name)) is not None:
+            known, source = human(bar.name)
+            found[bar.name] = Finding(value, f"people {known} ({source})" if known else "", judges=False)
     if (deviation := measures.get(VARIABILITY)) is not None:
         found[VARIABILITY] = Finding(deviation)
     return found

@@ -28,8 +28,9 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
-from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides, vertical_forces
+from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides
 from warpmuscle.gait.foot_contact import SIDES
+from warpmuscle.gait.ground_force import vertical_forces
 from warpmuscle.gait.quality import Measures, gait_measures
 from warpmuscle.plots import Subject
 from warpmuscle.plots.angles import norm_band
