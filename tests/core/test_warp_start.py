@@ -19,7 +19,7 @@ USES = {
     "from warpmuscle.scene.parameters import start_values, substitute; s = wm.load('walk56'); "
     f"{UNOPTIMIZED}f(substitute(s, start_values(s)))",
     "the command line": f"{UNOPTIMIZED}import sys; sys.argv = ['warpmuscle', 'info', 'walk56']; "
-    "from warpmuscle.cli.program import main; main()",
+    "from warpmuscle.__main__ import main; main()",
 }  # fmt: skip
 
 
