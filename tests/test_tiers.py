@@ -25,6 +25,14 @@ SHARED = (str(ROOT / "tests"),)
         ("from warpmuscle.model.build import build_model\n", "warpmuscle.model.build"),
         ("from warpmuscle.model.routes import fixed_segments\n", ""),
         ("import os, subprocess\n", "subprocess"),
+        (
+            "from warpmuscle.scene import (  # (many)\n    Body,\n    Scene,\n)\nimport subprocess  # of tests\n",
+            "subprocess",
+        ),
+        ("from warpmuscle import (\n    kernels,\n)\n", "warpmuscle.kernels"),
+        ("CODE = '''\nimport warp as wp\n'''\n", ""),
+        ('def test_a():\n    """A.\n\n    import warp\n    """\n    # import warp\n', ""),
+        ('run("\\"", """\nimport warp\n""")\n', ""),
     ],
 )
 def test_what_compiles_or_starts_processes_keeps_a_file_out_also_by_way_of_helpers(text: str, why: str, tmp_path: Path):

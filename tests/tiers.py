@@ -5,6 +5,7 @@ compiles and launches kernels or starts processes. `tests/conftest.py` fails a f
 """
 
 import ast
+import re
 from collections.abc import Iterator
 from functools import cache
 from pathlib import Path
@@ -24,6 +25,15 @@ SLOW = (
 )
 
 
+SLOW_MODULES, SLOW_PREFIXES = frozenset(SLOW[1:]), tuple(f"{slow}." for slow in SLOW[1:])
+# Strings and comments, which hold no statement, and imports at the begin of a line.
+IMPORTS = re.compile(
+    r""""{3}(?:\\.|[^\\])*?"{3}|'{3}(?:\\.|[^\\])*?'{3}|"(?:\\.|[^"\\\n])*"|'(?:\\.|[^'\\\n])*'|\#[^\n]*"""
+    r"|^[ \t]*(import[ ][^\n#;]*|from[ ][^\n]*[ ]import[ ](?:\((?:[^)#]|#[^\n]*)*\)|[^\n#;(]*))",
+    re.DOTALL | re.MULTILINE,
+)
+
+
 @cache
 def is_fast(path: Path, folders: tuple[str, ...]) -> bool:
     """Whether a file is of the tier `fast`.
@@ -36,41 +46,38 @@ def is_fast(path: Path, folders: tuple[str, ...]) -> bool:
 
 def slow_import(path: Path, folders: tuple[str, ...]) -> str:
     """What a file imports that keeps it out of the tier `fast`; empty if there is none."""
-    seen, left = set(), [path]
+    seen, left, shared = set(), [path], shared_modules(folders)
     while left:
         file = left.pop()
         seen.add(file)
         for module, names in imports(file):
-            if module in SLOW[1:] or module.startswith(tuple(f"{slow}." for slow in SLOW[1:])):
+            if module in SLOW_MODULES or module.startswith(SLOW_PREFIXES) or (module == "warpmuscle" and not names):
                 return module
-            if module == "warpmuscle" and not names:
-                return module
-            shared = (ROOT / folder / f"{module}.py" for folder in folders)
-            left.extend(file for file in shared if file.exists() and file not in seen)
+            if module in shared and shared[module] not in seen:
+                left.append(shared[module])
     return ""
 
 
 @cache
+def shared_modules(folders: tuple[str, ...]) -> dict[str, Path]:
+    """Files in the folders of what tests share, by the name that each is imported by."""
+    return {file.stem: file for folder in reversed(folders) for file in (ROOT / folder).glob("*.py")}
+
+
+@cache
 def imports(path: Path) -> list[tuple[str, tuple[str, ...]]]:
-    """Modules that a file imports anywhere, each with what it takes from it; of `from a import b` also `a.b`."""
-    return list(_imports(ast.parse(path.read_text())))
+    """Modules that a file imports anywhere, each with what it takes from it; of `from a import b` also `a.b`.
+
+    Only its imports are parsed, a twentieth of what to parse all of it takes: each worker looks at each file of tests.
+    """
+    return list(_imports("\n".join(found[1] for found in IMPORTS.finditer(path.read_text("utf-8")) if found[1])))
 
 
-def _imports(tree: ast.AST) -> Iterator[tuple[str, tuple[str, ...]]]:
-    for node in _statements(tree):
+def _imports(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for node in ast.parse(text).body:
         if isinstance(node, ast.Import):
             yield from ((alias.name, ()) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:
             names = tuple(alias.name for alias in node.names)
             yield node.module, names
             yield from ((f"{node.module}.{name}", names) for name in names)
-
-
-def _statements(tree: ast.AST) -> Iterator[ast.AST]:
-    """All statements of a file, however deep; expressions, which are most of it, hold no imports."""
-    left = [tree]
-    while left:
-        node = left.pop()
-        yield node
-        for part in ("body", "orelse", "finalbody", "handlers", "cases"):
-            left.extend(getattr(node, part, ()))

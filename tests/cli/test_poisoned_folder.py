@@ -39,7 +39,7 @@ def ran(folder: Path) -> list[str]:
 
 def command(*arguments: object) -> subprocess.CompletedProcess[str]:
     """The command line as the installed script starts it: without the current folder among those of modules."""
-    code = "from warpmuscle.cli.program import main; main()"
+    code = "from warpmuscle.__main__ import main; main()"
     whole = [sys.executable, "-P", "-c", code, *map(str, arguments)]
     return subprocess.run(whole, capture_output=True, text=True, timeout=PATIENCE)
 
@@ -88,7 +88,7 @@ def test_figures_do_not_follow_a_matplotlibrc_of_the_current_folder(poisoned, tm
     write(tmp_path / "run.h5", walk_result())
     for folder in (poisoned, tmp_path):
         done = subprocess.run(
-            [sys.executable, "-P", "-c", "from warpmuscle.cli.program import main; main()",
+            [sys.executable, "-P", "-c", "from warpmuscle.__main__ import main; main()",
              "plot", str(tmp_path / "run.h5"), "--what", "joints", "-o", str(folder / "joints.svg")],
             cwd=folder, capture_output=True, text=True, timeout=PATIENCE,
         )  # fmt: skip

@@ -11,14 +11,15 @@ import pytest
 from patience import PATIENCE
 from warpmuscle.core.warp_start import FOLDERS, NO_DRIVER, _absolute_folders, _without
 
+# For kernels that only one process needs, or two.
+UNOPTIMIZED = "import warp; warp.config.optimization_level, warp.config.use_precompiled_headers = 0, False; "
 USES = {
     "a rollout": "import warpmuscle as wm; wm.Rollout(wm.load('fwalk'), 1, 'cpu').run(0.01)",
     "moment arms": "import warpmuscle as wm; from warpmuscle.studies.moment_arms import useless_muscles as f; "
     "from warpmuscle.scene.parameters import start_values, substitute; s = wm.load('walk56'); "
-    "import warp; warp.config.optimization_level, warp.config.use_precompiled_headers = 0, False; "  # for one kernel
-    "f(substitute(s, start_values(s)))",
-    "the command line": "import sys; sys.argv = ['warpmuscle', 'info', 'walk56']; "
-    "from warpmuscle.cli.program import main; main()",
+    f"{UNOPTIMIZED}f(substitute(s, start_values(s)))",
+    "the command line": f"{UNOPTIMIZED}import sys; sys.argv = ['warpmuscle', 'info', 'walk56']; "
+    "from warpmuscle.__main__ import main; main()",
 }  # fmt: skip
 
 

@@ -31,6 +31,7 @@ def altitude(
 def _functions('''
 DECLARED = ', "instance", memory=1, stage="accelerations", sign="earned"),'
 TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "instance"),'
+CASES = "nothing", "nothing, with a memory", "function", "term", "its scope"
 PROGRAM = """
 import warp as wp
 wp.config.optimization_level, wp.config.use_precompiled_headers = 0, False  # for a single kernel
@@ -48,20 +49,31 @@ def run(folder: Path) -> subprocess.CompletedProcess[str]:
     return subprocess.run([sys.executable, "-c", PROGRAM], env=given, cwd=folder, capture_output=True, text=True)
 
 
-@pytest.mark.parametrize("left_out", ["nothing", "nothing, with a memory", "function", "term", "its scope"])
-def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, tmp_path: Path):
-    package = Path(warpmuscle.__file__).parent
-    copy = tmp_path / "warpmuscle"
-    shutil.copytree(package, copy, ignore=shutil.ignore_patterns("__pycache__"))
-    functions, terms = copy / "kernels/objective/term_functions.py", copy / "kernels/objective/objective_terms.py"
-    if left_out != "function":
-        added = REMEMBERING if "memory" in left_out else FUNCTION
-        functions.write_text(functions.read_text().replace("\ndef _functions(", added, 1))
-    if left_out != "term":
-        added = TERM.replace(', "instance"),', DECLARED) if "memory" in left_out else TERM
-        added = added.replace('"instance"', '"body"') if left_out == "its scope" else added
-        terms.write_text(terms.read_text().replace("_TERMS = (", added, 1))
-    done = run(tmp_path)
+@pytest.fixture(scope="module")
+def package(tmp_path_factory: pytest.TempPathFactory) -> Path:
+    """A copy of the package, of which each test replaces the two files of terms."""
+    copy = tmp_path_factory.mktemp("copy") / "warpmuscle"
+    shutil.copytree(Path(warpmuscle.__file__).parent, copy, ignore=shutil.ignore_patterns("__pycache__"))
+    return copy
+
+
+def replace_text(package: Path, file: str, old: str, new: str, number: int) -> None:
+    """Have a file of the package with one text in place of another, as of a time that no other test gives it."""
+    text = (Path(warpmuscle.__file__).parent / file).read_text()
+    (package / file).write_text(text.replace(old, new, 1))
+    os.utime(package / file, (1e9 + number, 1e9 + number))  # else byte code of another test may be taken for its own
+
+
+@pytest.mark.parametrize("left_out", CASES)
+def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, package: Path):
+    number = CASES.index(left_out)
+    function = "\ndef _functions(" if left_out == "function" else REMEMBERING if "memory" in left_out else FUNCTION
+    replace_text(package, "kernels/objective/term_functions.py", "\ndef _functions(", function, number)
+    term = TERM.replace(', "instance"),', DECLARED) if "memory" in left_out else TERM
+    term = term.replace('"instance"', '"body"') if left_out == "its scope" else term
+    term = "_TERMS = (" if left_out == "term" else term
+    replace_text(package, "kernels/objective/objective_terms.py", "_TERMS = (", term, number)
+    done = run(package.parent)
     if left_out.startswith("nothing"):
         value, cost = map(float, done.stdout.split()[-2:])
         assert 0.05 < value < 0.15

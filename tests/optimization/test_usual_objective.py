@@ -1,5 +1,7 @@
 """What a search asks for where a scene weighs nothing: a gait at its speed; nothing else is touched."""
 
+from collections.abc import Callable
+
 import msgspec
 import numpy as np
 import pytest
@@ -30,16 +32,17 @@ def test_a_walk_that_weighs_nothing_is_asked_for_its_speed_at_little_effort(name
 
 
 @pytest.mark.parametrize(
-    "scene",
+    "made",
     [
-        walk_scene(),
-        msgspec.structs.replace(load("walk56"), objective=Objective(head=Free(0.0, 0.0, 1.0))),
-        msgspec.structs.replace(load("walk56"), objective=Objective(custom={"mine:term": 2.0})),
-        silent(stages=[SearchStage("walk", objective={"speed": 1.0})]),
+        walk_scene,
+        lambda: msgspec.structs.replace(load("walk56"), objective=Objective(head=Free(0.0, 0.0, 1.0))),
+        lambda: msgspec.structs.replace(load("walk56"), objective=Objective(custom={"mine:term": 2.0})),
+        lambda: silent(stages=[SearchStage("walk", objective={"speed": 1.0})]),
     ],
     ids=["weights", "free", "custom", "stage"],
 )
-def test_what_a_scene_asks_for_is_left_to_it(scene: Scene):
+def test_what_a_scene_asks_for_is_left_to_it(made: Callable[[], Scene]):
+    scene = made()
     assert with_usual_objective(scene) is scene
 
 

@@ -1,10 +1,14 @@
 """An arm fitted to the mean throw of its own scene, a file of it, and what arms are fitted to."""
 
+from collections.abc import Iterator
 from pathlib import Path
+from typing import Any
 
 import pytest
 
 from warpmuscle.formats import load
+from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.throw import simulator
 from warpmuscle.throw.arm import Arm
 from warpmuscle.throw.fit import Settings
 from warpmuscle.throw.goals import Goal
@@ -12,6 +16,23 @@ from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.motion import ArmMotion
 from warpmuscle.throw.recordings.arm_motions import motion_of
 from warpmuscle.throw.synthesis import Thrower
+
+
+@pytest.fixture(scope="module", autouse=True)
+def one_kernel_of_throw_ball() -> Iterator[None]:
+    """Record all of `throw_ball` in fits, too, so that they and what is kept of them share a kernel.
+
+    Fits of `throw`, in the next fixture, record coordinates and speeds alone, as those of users.
+    """
+
+    def recording_all(scene: Any, *given: Any, **named: Any) -> Rollout:
+        if scene.name.startswith("throw_ball"):
+            named.pop("quantities", None)
+        return Rollout(scene, *given, **named)
+
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(simulator, "Rollout", recording_all)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -50,66 +50,77 @@ FLOATS = {"floats": 1, "integers": 1, "vectors": 3, "quaternions": 4, "matrices"
 TERMS = term_sums.ObjectiveKind(
     tuple(term_functions.MUSCLE_TERMS), tuple(term_functions.BODY_TERMS), tuple(term_functions.INSTANCE_TERMS)
 )
-MUSCLES = [
-    muscle_stage_of(
-        MuscleKind(LEE, tendon, law, pulls_in_scratch=in_scratch, straight=in_scratch, implicit=not in_scratch),
-        term_sums.muscle_functions(TERMS),
-    )
-    for tendon, law, in_scratch in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
-]
-MUSCLES += [muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_in_scratch=True, shared=joints)) for joints in (1, 3)]
-MUSCLES += [
-    muscle_stage_of(
-        MuscleKind(LEE, RIGID, HILL, implicit=implicit, coordinate_joints=True, followers=True, paths=PathKind(None, 8))
-    )
-    for implicit in (True, False)
-]
 FORCES = tuple(devices.FORCES.values())
 KEPT = {"near"}  # from step to step
 IN_PARTS = (kinematics.move_joint, kinematics.place_root, kinematics.place_body)
-FUNCTIONS: dict[str, tuple[Any, ...]] = {
-    "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS),
-        joint_motion.displacements_stage,
-    ),
-    "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
-    "sums": (kinematics.kinematics_stage,),
-    "failure": (failure.begin_step, touching.begin_looking, failure.posture_status),
-    "collision": (collision.collision_stage_of(True),),
-    "control": (
-        control.control_stage_of(control.NO_CONTROLLER), control.control_stage_of(SIMBICON), simbicon.torques_stage,
-        coordinate_control.coordinate_control_stage, 
-        control.control_stage_of(control.NO_CONTROLLER._replace(custom=joint_pd)),
-    ),
-    "effort": (term_sums.effort_stage, record.record_desired),
-    "muscles": (*MUSCLES, forces.joint_forces_stage_of(FORCES)),
-    "objective": (term_sums.objective_stage_of(TERMS),),
-    "record": (record.record_stage,),
-    "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any, constraints.constraint_stage),
-    "inertia": (
-        inertia.inertia_stage_of(True, resistance=True), forces.body_forces_stage_of(FORCES),
-        touching.touching_stage_of((body_contact_of(True),)),
-    ),
-    "backward": (
-        dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
-        follower.backward_pass_of_clusters(follower.reduce_any_cluster),
-        followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False)),
-        followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False, True)),
-        followed.equations_of(False, True),
-        followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
-    ),
-    "forward": (
-        dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
-        dynamics.forward_pass_of(coordinate_joint.accelerate_any),
-        follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
-        followed.close_root_of(True), constraints.solve_constrained,
-        followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
-        dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
-    ),
-    "acted": (record.record_given_way_of(False), record.record_given_way_of(True), accelerations.centre_acceleration,
-        accelerations.centre_of_mass),
-    "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
-    "feet": (failure.step_status, step_parts.foot_force_stage),
-}  # fmt: skip
+
+
+@cache
+def functions() -> dict[str, tuple[Any, ...]]:
+    """What runs in each phase, of every kind; made when first asked for, not while tests are collected."""
+    muscles = [
+        muscle_stage_of(
+            MuscleKind(LEE, tendon, law, pulls_in_scratch=in_scratch, straight=in_scratch, implicit=not in_scratch),
+            term_sums.muscle_functions(TERMS),
+        )
+        for tendon, law, in_scratch in itertools.product((RIGID, COMPLIANT), (HILL, LEGACY, IDEAL), (True, False))
+    ]
+    muscles += [
+        muscle_stage_of(MuscleKind(LEE, RIGID, HILL, pulls_in_scratch=True, shared=joints)) for joints in (1, 3)
+    ]
+    muscles += [
+        muscle_stage_of(
+            MuscleKind(
+                LEE, RIGID, HILL, implicit=implicit, coordinate_joints=True, followers=True, paths=PathKind(None, 8)
+            )
+        )
+        for implicit in (True, False)
+    ]
+    return {
+        "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS),
+            joint_motion.displacements_stage,
+        ),
+        "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
+        "sums": (kinematics.kinematics_stage,),
+        "failure": (failure.begin_step, touching.begin_looking, failure.posture_status),
+        "collision": (collision.collision_stage_of(True),),
+        "control": (
+            control.control_stage_of(control.NO_CONTROLLER), control.control_stage_of(SIMBICON), simbicon.torques_stage,
+            coordinate_control.coordinate_control_stage, 
+            control.control_stage_of(control.NO_CONTROLLER._replace(custom=joint_pd)),
+        ),
+        "effort": (term_sums.effort_stage, record.record_desired),
+        "muscles": (*muscles, forces.joint_forces_stage_of(FORCES)),
+        "objective": (term_sums.objective_stage_of(TERMS),),
+        "record": (record.record_stage,),
+        "motion": (motion.prescribe_stage, coordinate_joint.prescribe_any, constraints.constraint_stage),
+        "inertia": (
+            inertia.inertia_stage_of(True, resistance=True), forces.body_forces_stage_of(FORCES),
+            touching.touching_stage_of((body_contact_of(True),)),
+        ),
+        "backward": (
+            dynamics.backward_pass_of(dynamics.reduce_body), dynamics.backward_pass_of(coordinate_joint.reduce_any),
+            follower.backward_pass_of_clusters(follower.reduce_any_cluster),
+            followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False)),
+            followed_reduction.followed_pass_of(followed_reduction.reduce_followed_of(False, True)),
+            followed.equations_of(False, True),
+            followed.equations_of(False),  # of joints, whose factors leave torques and stiffness of drivers alone
+        ),
+        "forward": (
+            dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
+            dynamics.forward_pass_of(coordinate_joint.accelerate_any),
+            follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
+            followed.close_root_of(True), constraints.solve_constrained,
+            followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
+            dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
+        ),
+        "acted": (
+            record.record_given_way_of(False), record.record_given_way_of(True), accelerations.centre_acceleration,
+            accelerations.centre_of_mass,
+        ),
+        "integration": (integration.integrate_stage, hybrid.hybrid_integrate_stage),
+        "feet": (failure.step_status, step_parts.foot_force_stage),
+    }  # fmt: skip
 
 
 @cache
@@ -174,7 +185,7 @@ def used(function: Any, seen: set[Any]) -> Iterator[str]:
 @cache
 def used_in(phase: str) -> set[str]:
     apart = {one.func for one in IN_PARTS} if phase == "sums" else set()
-    return {name for function in FUNCTIONS[phase] for name in used(function, set(apart))}
+    return {name for function in functions()[phase] for name in used(function, set(apart))}
 
 
 def span(life: Life) -> tuple[int, int]:
@@ -186,7 +197,7 @@ def test_everything_in_the_working_set_has_a_place_and_a_life():
     assert max(map(max, layout().values())) < scratch.work_floats(
         BODIES, True, 8, followed=FOLLOWED, pushes=PUSHES, entries=ENTRIES
     )
-    assert set(FUNCTIONS) == set(PHASES)
+    assert set(functions()) == set(PHASES)
 
 
 @pytest.mark.parametrize("phase", PHASES)
