@@ -59,8 +59,9 @@ class Checkpoint:
         checkpoint = cls(path, identity_of(start))  # first, so that an older file stays where there is no room for it
         try:
             write(path, start)
-        except BaseException:  # an interruption as well: nothing has been evaluated
-            checkpoint._journal.remove()
+        except BaseException as error:
+            if isinstance(error, Exception | KeyboardInterrupt):  # nothing has been evaluated
+                checkpoint._journal.remove()
             checkpoint.close()
             raise
         return checkpoint

@@ -74,8 +74,8 @@ class Journal:
                 raise ResultError(f"{path}: the journal of another search; move it out of the way")
             if not self._records:
                 self.clear()
-        except BaseException:
-            if not found:
+        except BaseException as error:
+            if not found and isinstance(error, Exception | KeyboardInterrupt):
                 self.remove()
             os.close(self._file)
             raise
