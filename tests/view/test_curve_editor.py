@@ -1,7 +1,7 @@
 """All numbers of a running scene and the editor of its curves, in a real browser, by pointer, keys and on a phone."""
 
 import tomllib
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from live_viewer import TOLD, running_viewer, until
+from live_viewer import MARKED, TOLD, caught_up, running_viewer, until
 from patience import for_a_moment
 from warpmuscle.formats import load
 from warpmuscle.kernels.algebra.spline import curve_value
@@ -31,6 +31,7 @@ def opened(browser: Any, live: Live, width: int, height: int) -> Any:
     page.problems = []
     page.on("pageerror", lambda error: page.problems.append(str(error)))
     page.on("console", lambda message: page.problems.append(message.text) if message.type == "error" else None)
+    page.add_init_script(MARKED)
     page.goto(live.url)
     page.evaluate("warpmuscle.ready")
     page.locator("#numbers > summary").click()
@@ -40,6 +41,12 @@ def opened(browser: Any, live: Live, width: int, height: int) -> Any:
 def found(page: Any, words: str) -> Any:
     page.fill("#numbers > input[type=search]", words)
     return page.locator("#numbers .row:visible:not(.tools)")
+
+
+def comes(live: Live, page: Any, condition: Callable[[], object]) -> None:
+    """Wait for what an edit does, and until the page has heard of it: else it may change beneath the next one."""
+    until(condition)
+    caught_up(live, page)
 
 
 def hip_of(live: Live) -> tuple[list[float], list[float]]:
@@ -67,10 +74,10 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
 
     rows.locator("input[type=number]").fill("8")
     page.keyboard.press("Enter")
-    until(lambda: gain() == 8.0)
+    comes(live, page, lambda: gain() == 8.0)
     rows.locator("input[type=range]").focus()
     page.keyboard.press("ArrowRight")
-    until(lambda: gain() > 8.0)
+    comes(live, page, lambda: gain() > 8.0)
     until(lambda: "1 changed" in page.locator("#numbers > summary").inner_text())
     with page.expect_download() as download:
         page.get_by_role("button", name="save as a scene").click()
@@ -84,10 +91,10 @@ def test_a_number_is_found_moved_taken_back_and_saved(browser, live, tmp_path):
     assert f"--set controller.pd.lElbow.kp={gain():.6g}"[:40] in copied
     page.locator("#copy").get_by_role("button", name="close").click()
     rows.locator("button.back").click()
-    until(lambda: gain() == 5.0)
-    until(lambda: rows.locator("input[type=number]").input_value() == "5")
+    comes(live, page, lambda: gain() == 5.0)
+    until(lambda: rows.locator("input[type=number]").input_value() == "5")  # once the slider has settled
     page.get_by_role("button", name="undo", exact=True).first.click()
-    until(lambda: gain() > 8.0)
+    comes(live, page, lambda: gain() > 8.0)
     page.evaluate(TOLD)
     rows.locator("input[type=number]").fill("-3")
     page.keyboard.press("Enter")
@@ -111,32 +118,32 @@ def test_a_curve_is_bent_by_pointer_and_keys_and_gets_points(browser, live):
     page.mouse.down()
     page.mouse.move(box["x"] + 15, box["y"] - 15, steps=4)
     page.mouse.up()
-    until(lambda: hip_of(live)[1][2] > begun[1][2] + 0.02)
+    comes(live, page, lambda: hip_of(live)[1][2] > begun[1][2] + 0.02)
     assert hip_of(live)[0] == pytest.approx(begun[0], abs=2e-3)  # straight up
     points.nth(1).focus()
     page.keyboard.press("Shift+ArrowDown")
-    until(lambda: hip_of(live)[1][1] < begun[1][1] - 0.02)
+    comes(live, page, lambda: hip_of(live)[1][1] < begun[1][1] - 0.02)
     page.keyboard.press("ArrowRight")
-    until(lambda: hip_of(live)[0][1] > begun[0][1] + 0.005)
+    comes(live, page, lambda: hip_of(live)[0][1] > begun[0][1] + 0.005)
     page.keyboard.press("Insert")
-    until(lambda: len(hip_of(live)[0]) == points.count() == 7)
+    comes(live, page, lambda: len(hip_of(live)[0]) == points.count() == 7)
     page.keyboard.press("Delete")
-    until(lambda: len(hip_of(live)[0]) == points.count() == 6)
+    comes(live, page, lambda: len(hip_of(live)[0]) == points.count() == 6)
     place = page.locator("#editor canvas").bounding_box()
     page.locator("#editor canvas").dblclick(position={"x": 0.4 * place["width"], "y": 0.3 * place["height"]})
-    until(lambda: len(hip_of(live)[0]) == points.count() == 7)
+    comes(live, page, lambda: len(hip_of(live)[0]) == points.count() == 7)
     page.keyboard.press("Control+z")
-    until(lambda: len(hip_of(live)[0]) == points.count() == 6)
+    comes(live, page, lambda: len(hip_of(live)[0]) == points.count() == 6)
     points.nth(0).focus()
     for _ in range(40):  # no farther than its neighbour
         page.keyboard.press("Shift+ArrowRight")
-    until(lambda: hip_of(live)[0][0] > hip_of(live)[0][1] - 0.005)
+    comes(live, page, lambda: hip_of(live)[0][0] > hip_of(live)[0][1] - 0.005)
     assert hip_of(live)[0] == sorted(hip_of(live)[0])
     page.get_by_label("value of the point, number").fill("0.25")
     page.keyboard.press("Enter")
-    until(lambda: hip_of(live)[1][0] == 0.25)
+    comes(live, page, lambda: hip_of(live)[1][0] == 0.25)
     slider = page.get_by_label("value of the point", exact=True)
-    until(lambda: float(slider.get_attribute("max")) > 0.25)  # the page has made it anew about the number
+    assert float(slider.get_attribute("max")) > 0.25  # the page has made it anew about the number
     reach = slider.get_attribute("max")
     box = slider.bounding_box()
     page.mouse.move(box["x"] + 0.5 * box["width"], box["y"] + 8)

@@ -31,6 +31,9 @@ def walk() -> Sight:
 
 RESET = """() => { const now = warpmuscle.state();
     document.querySelector('dialog[open]')?.close();
+    document.activeElement.blur(); // else keys are letters of the search box
+    document.querySelector('#options[aria-expanded=true]')?.click();
+    document.getElementById('strip').scrollTop = 0;
     for (const [name, on] of Object.entries(first.shown)) if (now.shown[name] !== on) warpmuscle.show(name, on);
     warpmuscle.overlay(false); warpmuscle.setSpeed(1); warpmuscle.choose(0); warpmuscle.group(first.group);
     warpmuscle.look('oblique'); warpmuscle.seek(0); warpmuscle.play(true); }"""

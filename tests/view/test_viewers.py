@@ -250,7 +250,7 @@ def test_live_sliders_are_found_bound_by_the_parameters_and_count(live):
         rows.locator("input[type=number]").fill(typed)
         page.keyboard.press("Enter")
         until(lambda taken=taken: gain() == taken)  # the right side follows the left
-    caught_up(viewer, page)  # with the last word of it, after those of the numbers before
+        caught_up(viewer, page)  # else what it is told changes what is typed next
     assert rows.locator("input[type=number]").input_value() == "300"
     assert float(rows.locator("input[type=range]").input_value()) == pytest.approx(300.0, abs=(600.0 - 150.0) / 200.0)
 
