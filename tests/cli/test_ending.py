@@ -67,8 +67,8 @@ from warpmuscle.cli.ending import end_process
 {before}
 gate = threading.Event()
 atexit.register(lambda: print("registered"))
-threading.Thread(target=lambda: (gate.wait(0.05), print("thread"))).start()
 print("last", end="")
+threading.Thread(target=lambda: (gate.wait(0.05), print("thread"))).start()
 try:
     end_process(SystemExit({code}))
 finally:
