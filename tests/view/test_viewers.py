@@ -136,6 +136,20 @@ def test_it_goes_from_frame_to_frame_also_where_a_page_has_missed_some(live, mon
     assert state(page)["time"] == pytest.approx(now["end"] - 0.02, abs=1e-3)
 
 
+def test_what_is_sought_stays_while_pictures_are_on_their_way(live):
+    viewer, page = live
+    until(lambda: state(page)["end"] > 0.3)
+    with viewer.lock:
+        page.evaluate("warpmuscle.seek(0.1)")
+        before = viewer.pictures
+        viewer.advance(0.1)  # as it does once more before it hears of the pause
+        assert viewer.pictures > before
+    until(lambda: not viewer.playing)
+    caught_up(viewer, page)
+    assert state(page)["end"] > 0.3
+    assert state(page)["time"] == pytest.approx(0.1)
+
+
 def test_live_biped_is_pushed_and_told_by_a_slider_of_others(live):
     viewer, page = live
     before = len(viewer.pushes)

@@ -70,7 +70,8 @@ class Live {
     }
     for (let at = 1; at + this.width <= numbers.length; at += this.width) this.append(numbers, at);
     player.measure();
-    if (!player.playing || player.time < player.begin) player.time = player.end;
+    // Where it is known to pause, they are of a step; until then they were on their way, and leave what was sought.
+    if ((!player.playing && !this.running) || player.time < player.begin) player.time = player.end;
     this.received++;
   }
 
@@ -163,7 +164,7 @@ class Live {
   makePanel(side) {
     const { bar, controls } = this.spec, sections = new Map(), bars = new Set(Object.values(bar));
     this.rows[bar.play] = (on) => {
-      this.asked = on;
+      this.asked = this.running = on;
       if (this.player.playing !== on && this.player.controls) this.player.play(on);
     };
     this.rows[bar.speed] = (speed) => {
