@@ -222,15 +222,8 @@ def _contact(
     if unknown:
         raise refused(model, force.line, f"{force.kind} {force.name!r}: there is no shape {unknown[0]!r}")
     shapes = [model.contacts[name] for name in names]
-    planes = [one for one in shapes if one.kind == "ContactHalfSpace"]
-    if len(planes) != 1 or on_body(model, planes[0].frame)[0] != GROUND:
-        reason = "only spheres touch a half-space, and that only if it is fixed to the ground; left out"
-        note(notes, model, force, reason)
-        lose(model, force, [one.frame for one in shapes])
-        return
-    ground = _ground(model, planes[0])
-    if any(model.gravity) and ground.normal[1] <= LEVEL:  # type: ignore[operator]
-        note(notes, model, force, f"half-space {planes[0].name!r} is a wall or a ceiling beside gravity; left out")
+    ground = _floor(force, shapes, model, notes)
+    if ground is None:
         lose(model, force, [one.frame for one in shapes])
         return
     ground.law = LAWS[force.kind]
@@ -253,6 +246,20 @@ def _contact(
         if sphere not in body.shapes:
             builder.place(f"character.bodies.{name}.shapes.{len(body.shapes)}", shape.line)
             body.shapes = [*body.shapes, sphere]
+
+
+def _floor(force: records.OsimForce, shapes: list[Contact], model: Model, notes: Notes) -> Ground | None:
+    """The plane among the shapes of a contact; None, with a note, where none bears anything."""
+    planes = [one for one in shapes if one.kind == "ContactHalfSpace"]
+    if len(planes) != 1 or on_body(model, planes[0].frame)[0] != GROUND:
+        reason = "only spheres touch a half-space, and that only if it is fixed to the ground; left out"
+        note(notes, model, force, reason)
+        return None
+    ground = _ground(model, planes[0])
+    if any(model.gravity) and ground.normal[1] <= LEVEL:  # type: ignore[operator]
+        note(notes, model, force, f"half-space {planes[0].name!r} is a wall or a ceiling beside gravity; left out")
+        return None
+    return ground
 
 
 def _ground(model: Model, half_space: Contact) -> Ground:
