@@ -285,9 +285,11 @@ def test_a_new_episode_forgets_the_old_one_and_others_go_on(drawn: dict[str, Any
 def test_a_place_that_is_no_number_or_very_far_is_a_failure(drawn: dict[str, Any]):
     place = drawn["place"].copy()
     place[0], place[1] = np.nan, 1e5
+    turn = drawn["heading"][2]
+    place[2] += 1e8 * np.array([np.cos(turn), 0.0, -np.sin(turn)])  # far to the side alone
     gains, _ = judged(drawn | {"place": place}, rewards.ACTIONS)
-    assert gains.terminated.numpy()[:2].all()
-    np.testing.assert_allclose(gains.reward.numpy()[:2], drawn["weight"][-1], rtol=1e-6)
+    assert gains.terminated.numpy()[:3].all()
+    np.testing.assert_allclose(gains.reward.numpy()[:3], drawn["weight"][-1], rtol=1e-6)
     assert np.isfinite(gains.sums.numpy()).all()
 
 
