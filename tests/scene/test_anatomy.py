@@ -5,6 +5,7 @@ import math
 import msgspec
 import pytest
 
+from warpmuscle import examples
 from warpmuscle.formats import load, toml
 from warpmuscle.scene import Body, Displacement, Joint, JointState, Scene
 from warpmuscle.scene.anatomy import leg_joints, straight_legs
@@ -107,3 +108,10 @@ def test_legs_are_straight_by_their_pose_of_no_angles_wherever_they_start(degree
 
 def test_a_scene_without_legs_has_none_that_are_bent():
     assert straight_legs(load("throw"))
+
+
+def test_joints_that_are_called_so_are_hip_knee_and_ankle_where_toes_bend_below_them(tmp_path):
+    examples.write("creatures", tmp_path)
+    ostrich = load(tmp_path / "ostrich_found.toml")
+    assert leg_joints(ostrich, 0) == ["lHip", "lKnee", "lAnkle"]
+    assert leg_joints(ostrich, 1) == ["rHip", "rKnee", "rAnkle"]

@@ -23,6 +23,7 @@ BONE_RADIUS = 0.017  # m
 HEIGHT, EDGE = 150, 6  # px, of the picture
 BONE, MUSCLE = "#8a949e", "#2f69cf"
 STRAIGHT = float(np.cos(np.radians(30.0)))  # between thigh and shank; models of people have at most 12 degrees
+LEG = ("hip", "knee", "ankle")
 _MIDDLE = 0.02  # m, bodies this close to the plane of symmetry belong to no side
 
 
@@ -87,7 +88,7 @@ def leg(character: Character, foot: str) -> list[str]:
 
 
 def leg_joints(scene: Scene, side: int) -> list[str]:
-    """Hip, knee and ankle of the left leg (0) or the right: the controller's pairs so called, or the last three joints.
+    """Hip, knee and ankle of the left leg (0) or the right: pairs or joints that are called so, or the last three.
 
     Hinges with nothing but massless bodies between them count as one joint, that about the mediolateral axis. Joints
     that hold still do not count, nor below the ankle hinges that turn about other axes, such as a subtalar joint.
@@ -99,6 +100,10 @@ def leg_joints(scene: Scene, side: int) -> list[str]:
     if scene.feet is None:
         return []
     bending = _bending(scene.character, leg(scene.character, scene.feet[side]))
+    letter = "lr"[side]
+    named = [name for word in LEG for name in bending if name.lower() in (letter + word, f"{word}_{letter}")]
+    if len(named) == len(LEG):
+        return named
     while len(bending) > 3 and _turns_otherwise(scene.character.joints[bending[-1]]):
         del bending[-1]
     return bending[-3:]

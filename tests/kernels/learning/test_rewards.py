@@ -121,8 +121,10 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     }  # fmt: skip
 
 
-def judged(d: dict[str, Any], effort: int, uneven: float = 0.0, costs: float = 1.0) -> tuple[Gains, Episodes]:
-    """What the kernel says of all instances."""
+def judged(
+    d: dict[str, Any], effort: int, uneven: float = 0.0, costs: float = 1.0, **own: Any
+) -> tuple[Gains, Episodes]:
+    """What the kernel says of all instances; `own` are parts of the scene's own among the gains."""
     first, end = np.transpose(JOINTS)
     gait = filled(
         GaitTable, coordinate=d["gait"], up=d["up"], first=first, end=end, weight=(0.35, 0.25, 0.15), up_weight=0.25,
@@ -144,7 +146,7 @@ def judged(d: dict[str, Any], effort: int, uneven: float = 0.0, costs: float = 1
     gains = filled(
         Gains, action=d["action"], previous=d["previous"], excitation=d["excitation"], foot_force=d["felt"],
         objective=d["earned"], sums=d["sums"], finished=np.full((N, LOGGED), 7.0), reward=np.zeros(N),
-        terminated=np.zeros(N, bool), truncated=np.zeros(N, bool),
+        terminated=np.zeros(N, bool), truncated=np.zeros(N, bool), **own,
     )  # fmt: skip
     of_episode = filled(EpisodeRules, root=ROOT_FREE, decision_time=DECISION)
     inputs = [rules, filled(ObjectiveWeights, **OBJECTIVE), of_episode, episodes, state, gains]
@@ -231,6 +233,44 @@ def test_a_failure_costs_its_weight_alone_and_ends_with_a_long_episode_are_logge
     )
 
 
+def test_own_ends_are_failures_or_reached_and_own_rewards_count_at_their_speed(drawn: dict[str, Any]):
+    random = np.random.default_rng(8)
+    ends, worth = (random.random((N, 2)) < 0.3).astype(float), random.normal(size=(N, 3))
+    worth[3, 1] = np.nan
+    weight, speed, width = np.array([0.8, -0.4, 0.5]), np.array([1.0, 1.4, 0.0]), np.array([0.3, 0.5, 0.0])
+    sums = random.normal(size=(N, 3))
+    gains, episodes = judged(
+        drawn, rewards.ACTIONS, costs=0.6, custom=worth, custom_weight=weight, custom_speed=speed, custom_width=width,
+        custom_sums=sums, custom_finished=np.full((N, 3), 7.0), custom_end=ends, end_fails=[0, 1],
+        reached=np.zeros(N, bool),
+    )  # fmt: skip
+    failed = (drawn["status"] != 0) | (ends[:, 1] > 0.0)
+    reached = (ends[:, 0] > 0.0) & ~failed
+    late = drawn["length"] >= 9
+    assert (failed & (drawn["status"] == 0)).any()
+    assert (late & reached).any()
+    np.testing.assert_array_equal(gains.terminated.numpy(), failed | reached)
+    np.testing.assert_array_equal(gains.reached.numpy(), reached)
+    np.testing.assert_array_equal(gains.truncated.numpy(), late & ~failed & ~reached)
+    np.testing.assert_array_equal(episodes.mask.numpy(), failed | late | reached)
+    away = (drawn["command"][:, :1] - speed) / np.where(width > 0.0, width, np.inf)
+    own = np.where(weight < 0.0, 0.6, 1.0) * weight * np.nan_to_num(worth) * np.exp(-(away**2))
+    own[failed] = 0.0
+    now = gains.custom_sums.numpy()
+    np.testing.assert_allclose(now - sums, own, rtol=1e-4, atol=1e-6)
+    ended = failed | late | reached
+    np.testing.assert_array_equal(gains.custom_finished.numpy()[ended], now[ended])
+    np.testing.assert_array_equal(gains.custom_finished.numpy()[~ended], 7.0)
+    bare = judged(drawn, rewards.ACTIONS, costs=0.6)[0].reward.numpy()
+    np.testing.assert_allclose(gains.reward.numpy()[~failed], (bare + own.sum(axis=1))[~failed], rtol=1e-4, atol=1e-4)
+    assert drawn["weight"][-1] < 0.0  # which is a cost, of which a share is taken off
+    np.testing.assert_allclose(gains.reward.numpy()[failed], 0.6 * drawn["weight"][-1], rtol=1e-6)
+    forgotten = np.arange(N) % 2 == 0
+    wp.launch(rewards.forget, N, [wp.array(forgotten, dtype=bool, device="cpu"), gains], device="cpu")
+    np.testing.assert_array_equal(gains.custom_sums.numpy()[forgotten], 0.0)
+    np.testing.assert_array_equal(gains.custom_sums.numpy()[~forgotten], now[~forgotten])
+
+
 def test_a_new_episode_forgets_the_old_one_and_others_go_on(drawn: dict[str, Any]):
     gains, _ = judged(drawn, rewards.ACTIONS)
     kept = {name: getattr(gains, name).numpy().copy() for name in ("objective", "sums", "action", "foot_force")}
@@ -245,9 +285,11 @@ def test_a_new_episode_forgets_the_old_one_and_others_go_on(drawn: dict[str, Any
 def test_a_place_that_is_no_number_or_very_far_is_a_failure(drawn: dict[str, Any]):
     place = drawn["place"].copy()
     place[0], place[1] = np.nan, 1e5
+    turn = drawn["heading"][2]
+    place[2] += 1e8 * np.array([np.cos(turn), 0.0, -np.sin(turn)])  # far to the side alone
     gains, _ = judged(drawn | {"place": place}, rewards.ACTIONS)
-    assert gains.terminated.numpy()[:2].all()
-    np.testing.assert_allclose(gains.reward.numpy()[:2], drawn["weight"][-1], rtol=1e-6)
+    assert gains.terminated.numpy()[:3].all()
+    np.testing.assert_allclose(gains.reward.numpy()[:3], drawn["weight"][-1], rtol=1e-6)
     assert np.isfinite(gains.sums.numpy()).all()
 
 
