@@ -45,6 +45,7 @@ def as_in_a_process(words: list[str], folder: Path) -> Iterator[None]:
         with contextlib.ExitStack() as kept:
             kept.enter_context(patch("sys.argv", words))
             kept.enter_context(patch("sys.path", list(sys.path)))
+            kept.enter_context(patch("sys.unraisablehook", sys.unraisablehook))
             kept.enter_context(patch.object(trusted_code, "_trusted", set()))
             kept.enter_context(patch.object(trusted_code, "_folders", []))
             kept.enter_context(patch.object(trusted_code, "_everything", False))
