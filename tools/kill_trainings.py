@@ -20,9 +20,10 @@ import numpy as np
 ITERATIONS = 2000
 DURATION = 0.4  # s, of an episode
 INTERVAL = 0.05  # s of wall time between two checkpoints
-LEARNS = "learns"  # what a process says at its first iteration
+LEARNS, LEARNT = "learns", "has learnt"  # what a process says at its first iteration and at its last
 EARLY = 0.25  # part of the kills that come before that
 LONGEST = 1.0  # s, that a process may learn before it is killed
+PART = 0.5  # of the time that it takes to learn, beyond which it is not waited for: the next one may be quicker
 
 
 def train(path: Path, iterations: int) -> None:
@@ -43,6 +44,8 @@ def train(path: Path, iterations: int) -> None:
         if progress.iterations and not told:
             told = True
             print(LEARNS, flush=True)
+        if progress.iterations == iterations:
+            print(LEARNT, flush=True)
 
     if training_path(path).exists():
         resume(path, iterations=iterations, threads=1, interval=INTERVAL, progress=tell)
@@ -62,11 +65,11 @@ def process(path: Path, iterations: int) -> subprocess.Popen[str]:
     return subprocess.Popen(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
 
 
-def killed(path: Path, iterations: int, random: np.random.Generator, starting: float) -> bool:
+def killed(path: Path, iterations: int, random: np.random.Generator, starting: float, learning: float) -> bool:
     """Train until a kill at a random moment; whether it came before the training ended.
 
     Args:
-        starting: s, that a process takes to start.
+        starting, learning: s, that a process takes to start, and then to learn all.
     """
     child = process(path, iterations)
     assert child.stdout is not None
@@ -74,23 +77,29 @@ def killed(path: Path, iterations: int, random: np.random.Generator, starting: f
         time.sleep(random.uniform(0.0, starting))
     else:
         child.stdout.readline()
-        time.sleep(random.uniform(0.0, LONGEST))
+        time.sleep(random.uniform(0.0, min(LONGEST, PART * learning)))
     child.kill()  # SIGKILL
     child.communicate()
     return child.returncode < 0
 
 
-def ended(path: Path, iterations: int) -> float:
-    """Train to the end; s, until it learnt. Raises RuntimeError with what the process said if it failed."""
+def ended(path: Path, iterations: int) -> tuple[float, float]:
+    """Train to the end; s, until it learnt and that it learnt.
+
+    Raises:
+        RuntimeError: it failed; with what the process said.
+    """
     begin = time.monotonic()
     child = process(path, iterations)
     assert child.stdout is not None
     child.stdout.readline()
     starting = time.monotonic() - begin
+    child.stdout.readline()
+    learning = time.monotonic() - begin - starting
     _, said = child.communicate()
     if child.returncode:
         raise RuntimeError(said[-2000:])
-    return starting
+    return starting, learning
 
 
 def differences(one: Path, other: Path) -> list[str]:
@@ -115,8 +124,8 @@ def differences(one: Path, other: Path) -> list[str]:
 def killed_and_resumed(folder: Path, kills: int, iterations: int, seed: int) -> tuple[int, list[str]]:
     """Kill a training so often; how many kills hit it, and what then differs from one that nobody killed."""
     random, whole, broken = np.random.default_rng(seed), folder / "whole.h5", folder / "broken.h5"
-    starting, hits = ended(whole, iterations), 0
-    while hits < kills and killed(broken, iterations, random, starting):
+    (starting, learning), hits = ended(whole, iterations), 0
+    while hits < kills and killed(broken, iterations, random, starting, learning):
         hits += 1
     ended(broken, iterations)
     return hits, differences(whole, broken)
