@@ -31,7 +31,7 @@ import typer
 
 ROOT = Path(__file__).resolve().parents[1]
 CHANCE = random.Random(int(os.environ.get("STRESS_SEED", "1")))
-LIVE, SERVER = "warpmuscle.view.live", "warpmuscle.view.server"
+LIVE, SERVER, BROWSER = "warpmuscle.view.live", "warpmuscle.view.server", "playwright.sync_api"
 # A page in which pictures and timers, and also its messages if it is so asked for, are late by chance, in their order.
 LATE_PAGE = """(() => {
   let seed = %d, asked = [];
@@ -74,18 +74,20 @@ def replaced(module: str, name: str, make: Callable[[Any], Any]) -> None:
     setattr(owner, last, make(getattr(owner, last)))
 
 
-def after(most: float, chance: float = 1.0) -> Callable[[Any], Any]:
-    """Makes a function that first waits for up to so many seconds, in one of some calls."""
+def wrapped(module: str, name: str, call: Callable[..., Any]) -> None:
+    """Replace a function by a call that is given it first."""
+    replaced(module, name, lambda plain: lambda *given, **named: call(plain, *given, **named))
 
-    def make(function: Any) -> Any:
-        def late(*given: Any, **named: Any) -> Any:
-            if CHANCE.random() < chance:
-                time.sleep(most * CHANCE.random())
-            return function(*given, **named)
 
-        return late
+def late(most: float, chance: float = 1.0) -> Callable[..., Any]:
+    """A call that first waits for up to so many seconds, in one of some cases."""
 
-    return make
+    def call(plain: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        if CHANCE.random() < chance:
+            time.sleep(most * CHANCE.random())
+        return plain(*given, **named)
+
+    return call
 
 
 def pictures(rate: float) -> None:
@@ -96,14 +98,11 @@ def pictures(rate: float) -> None:
 def bursts(count: int) -> None:
     """Send so many of them at once, each as far from the one before as a slow machine may come."""
 
-    def make(advance: Any) -> Any:
-        def burst(live: Any, passed: float) -> None:
-            for _ in range(count):
-                advance(live, passed)
+    def burst(advance: Callable[..., None], live: Any, passed: float) -> None:
+        for _ in range(count):
+            advance(live, passed)
 
-        return burst
-
-    replaced(LIVE, "Live.advance", make)
+    wrapped(LIVE, "Live.advance", burst)
 
 
 def pace(factor: float) -> None:
@@ -115,56 +114,43 @@ def pace(factor: float) -> None:
 def late_server() -> None:
     """Let what a server tells pages, and what they say, come late and in order."""
 
-    def make(tell: Any) -> Any:
-        def late(server: Any, message: Any) -> None:
-            now = server._loop.time()
-            server.stressed = max(getattr(server, "stressed", 0.0), now + 0.3 * CHANCE.random())
-            server._loop.call_at(server.stressed, tell, server, message)
+    def tell(plain: Callable[..., None], server: Any, message: Any) -> None:
+        server.stressed = max(getattr(server, "stressed", 0.0), server._loop.time() + 0.3 * CHANCE.random())
+        server._loop.call_at(server.stressed, plain, server, message)
 
-        return late
+    def stop(plain: Callable[..., None], server: Any) -> None:
+        time.sleep(0.3)  # in which it tells the last
+        plain(server)
 
-    def make_last(stop: Any) -> Any:
-        def last(server: Any) -> None:
-            time.sleep(0.3)
-            stop(server)
-
-        return last
-
-    replaced(SERVER, "PageServer._tell", make)
-    replaced(LIVE, "Live._hear", after(0.3, 0.05))  # of hundreds not all
-    replaced(SERVER, "PageServer.stop", make_last)
+    wrapped(SERVER, "PageServer._tell", tell)
+    wrapped(SERVER, "PageServer.stop", stop)
+    wrapped(LIVE, "Live._hear", late(0.3, 0.05))  # of hundreds not all
 
 
 def late_page(socket: bool) -> None:
     """Let pages of a browser draw late, and with `socket` hear and say late, too."""
-    from playwright.sync_api import Browser
 
-    def make(new: Any) -> Any:
-        def made(*given: Any, **named: Any) -> Any:
-            opened = new(*given, **named)
-            opened.add_init_script(LATE_PAGE % (CHANCE.randrange(1, 1 << 30), socket))
-            return opened
-
-        return made
+    def opened(new: Callable[..., Any], *given: Any, **named: Any) -> Any:
+        page = new(*given, **named)
+        page.add_init_script(LATE_PAGE % (CHANCE.randrange(1, 1 << 30), socket))
+        return page
 
     for name in ("new_page", "new_context"):
-        setattr(Browser, name, make(getattr(Browser, name)))
+        wrapped(BROWSER, f"Browser.{name}", opened)
 
 
 def late_tester() -> None:
     """Let what a test does to a page come late, and what it reads be old."""
-    from playwright import sync_api
-
     for kind in ("Page", "Locator", "Keyboard", "Mouse", "Frame"):
         for name in DONE_TO_PAGES:
-            if hasattr(getattr(sync_api, kind), name):
-                replaced("playwright.sync_api", f"{kind}.{name}", after(1.0, 0.3))
+            if hasattr(getattr(importlib.import_module(BROWSER), kind), name):
+                wrapped(BROWSER, f"{kind}.{name}", late(1.0, 0.3))
 
 
 def late_threads() -> None:
     """Let threads begin late, and take turns at any moment."""
     sys.setswitchinterval(1e-6)
-    replaced("threading", "Thread.run", after(0.3))
+    wrapped("threading", "Thread.run", late(0.3))
 
 
 def other_order(items: list[Any]) -> None:
@@ -184,7 +170,7 @@ KINDS: dict[str, tuple[str, list[Callable[[], None]]]] = {
     "fine": ("very many pictures a second", [partial(pictures, 300.0)]),
     "quick": ("a live simulation four times as fast", [partial(pace, 4.0), partial(pictures, 60.0)]),
     "slow": ("a live simulation that hardly goes on", [partial(pace, 0.1)]),
-    "hesitant": ("one that waits by chance", [partial(replaced, LIVE, "Live.advance", after(0.5))]),
+    "hesitant": ("one that waits by chance", [partial(wrapped, LIVE, "Live.advance", late(0.5))]),
     "late server": ("a server that tells and hears pages late", [late_server]),
     "late page": ("a browser that draws late", [partial(late_page, socket=False)]),
     "late socket": ("a browser that draws, hears and says late", [partial(late_page, socket=True)]),
