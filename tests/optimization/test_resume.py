@@ -239,8 +239,8 @@ def test_search_goes_on_on_another_machine_and_says_so(count, scene, options, tm
     before = read(path)
     with pytest.warns(ResumeWarning, match=r"a.h5: began on an abacus with pebbles; on .* it goes on") as told:
         result = resume(path, 12)
-    assert len(told) == 1
-    assert "\n" not in str(told[0].message)
+    (said,) = (one for one in told if one.category is ResumeWarning)  # others may be of files left open elsewhere
+    assert "\n" not in str(said.message)
     assert rows_of(before.evaluations) <= rows_of(result.evaluations)
     assert len(result.evaluations) == count + 12
     assert result.machine == this_machine()
@@ -286,7 +286,7 @@ def test_a_search_of_another_version_goes_on_and_says_that_costs_may_count_other
         file.attrs["warpmuscle_version"] = "0.0.1"
     with pytest.warns(ResumeWarning, match=r"a.h5: was begun by warpmuscle 0.0.1; this is .*need not compare") as told:
         assert len(resume(path, 6).evaluations) == 18
-    assert len(told) == 1
+    assert [one.category for one in told].count(ResumeWarning) == 1
 
 
 def asked_elsewhere(path, moved):
