@@ -98,6 +98,6 @@ def tell_of_start() -> None:
                 os.write(2, f"starting warpmuscle, {time.monotonic() - begin:.0f} s\n".encode())
             except OSError:  # such as of a stream that nobody reads any more
                 return
-            pause = max(AGAIN, time.monotonic() - begin)  # ever more seldom
+            pause = AGAIN
 
     threading.Thread(target=tell, name="starting", daemon=True).start()
