@@ -5,7 +5,6 @@ import re
 import sys
 import threading
 import webbrowser
-from collections.abc import Callable
 from types import SimpleNamespace
 
 import pytest
@@ -147,38 +146,6 @@ def test_a_bar_says_its_last_line_again_while_nothing_is_new(monkeypatch):
     assert written.endswith("1/2: best 3\n")
     ended("says what goes on")
     assert shown.file.getvalue() == written
-
-
-def test_what_stays_the_same_is_said_ever_more_seldom(monkeypatch):
-    shown, now = PlainConsole(file=io.StringIO(), force_terminal=False), [1000.0]
-    monkeypatch.setattr(console, "time", SimpleNamespace(monotonic=lambda: now[0]))
-    monkeypatch.setattr(console, "_BEGIN", now[0])
-    pauses: list[Callable[[], float]] = []
-    said: list[Callable[[], None]] = []
-
-    def repeating(say: Callable[[], None], pause: Callable[[], float]) -> SimpleNamespace:
-        said.append(say)
-        pauses.append(pause)
-        return SimpleNamespace(end=None)
-
-    monkeypatch.setattr(console, "Repeating", repeating)
-    words = ["compiling muscles"]
-    console._Lines(lambda: words[0], shown)
-    shown.said = now[0]
-
-    def lines_until(end: float) -> int:
-        before = len(shown.file.getvalue().splitlines())
-        while now[0] < end:
-            now[0] += pauses[0]()
-            said[0]()
-        return len(shown.file.getvalue().splitlines()) - before
-
-    assert lines_until(1010.0) <= 4
-    assert lines_until(1130.0) <= 5
-    assert pauses[0]() > console.LINES
-    words[0] = "compiling joints"
-    said[0]()
-    assert pauses[0]() < 2.0
 
 
 @pytest.mark.parametrize(("command", "told"), [("optimize", True), ("plot", True), ("--help", False)])

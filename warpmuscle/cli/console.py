@@ -27,7 +27,6 @@ if TYPE_CHECKING:
 LINES = 10.0  # s between two lines of progress where there is no terminal to draw it in
 SILENCE, BRIEF = 1.3, 0.5  # s, the same of a work's first minutes, whose reader waits
 AWAITED = 300.0  # s since the program's start, which those minutes are
-SAME = 50.0  # s, at most, between two lines that say the same
 _BEGIN = time.monotonic()
 
 
@@ -36,28 +35,19 @@ def between_lines() -> float:
     return SILENCE if time.monotonic() - _BEGIN < AWAITED else LINES
 
 
-def between_same(since: float) -> float:
-    """Seconds between two lines that say the same, of what has gone on for some seconds: in all as much as twice."""
-    return max(between_lines(), min(since, SAME))
-
-
 class _Lines:
-    """Lines that say now and then what is going on, until `end` is called; ever more seldom while that is the same."""
+    """Lines that say now and then what is going on, until `end` is called."""
 
     def __init__(self, text: Callable[[], str], console: PlainConsole) -> None:
         self._text, self._console, self._begin = text, console, time.monotonic()
-        self._said, self._since = text(), self._begin  # what was said last, and since when it is the same
         self.end = Repeating(self._say, self._pause).end
 
     def _pause(self) -> float:
-        left = between_same(time.monotonic() - self._since) - (time.monotonic() - self._console.said)
+        left = between_lines() - (time.monotonic() - self._console.said)
         return max(left, min(BRIEF, between_lines()))
 
     def _say(self) -> None:
-        text = self._text()
-        if text != self._said:
-            self._said, self._since = text, time.monotonic()
-        self._console.print(f"{text}, {time.monotonic() - self._begin:.0f} s")
+        self._console.print(f"{self._text()}, {time.monotonic() - self._begin:.0f} s")
 
 
 class _Timed:

@@ -12,7 +12,7 @@ from rich.progress import Progress as Bars
 from rich.table import Column
 from rich.text import Text
 
-from warpmuscle.cli.console import between_lines, between_same, log
+from warpmuscle.cli.console import between_lines, log
 from warpmuscle.core.plain_text import printable
 from warpmuscle.core.repeating import Repeating
 
@@ -42,7 +42,6 @@ class Bar:
 
     def __init__(self, console: Console = log) -> None:
         self._console, self._line, self._text = console, time.monotonic(), "getting ready"
-        self._since = self._line  # s, when the text became what it is
         self._repeating: Repeating | None = None
         self._bars = Bars(
             TextColumn("{task.fields[done]}", markup=False),
@@ -64,13 +63,10 @@ class Bar:
         return self
 
     def _pause(self) -> float:
-        return max(self._between() - (time.monotonic() - self._line), SHORTEST)
-
-    def _between(self) -> float:
-        return between_same(time.monotonic() - self._since)
+        return max(between_lines() - (time.monotonic() - self._line), SHORTEST)
 
     def _say_again(self) -> None:
-        if time.monotonic() - self._line > self._between():
+        if time.monotonic() - self._line > between_lines():
             self._line = time.monotonic()
             self._console.print(self._text)
 
@@ -87,9 +83,7 @@ class Bar:
             at_once: where there is no terminal, do not wait until it is time for another line.
         """
         if not self._console.is_terminal:
-            text = f"{done}: {state}" if state else done
-            if text != self._text:
-                self._text, self._since = text, time.monotonic()
+            self._text = f"{done}: {state}" if state else done
             if at_once or time.monotonic() - self._line > between_lines():
                 self._line = time.monotonic()
                 self._console.print(self._text)
