@@ -30,7 +30,7 @@ from warpmuscle.studies.verdicts import (
     PUSH,
     RUNNING,
     RUNS,
-    TOLD,
+    UNJUDGED,
     Finding,
 )  # fmt: skip
 from warpmuscle.studies.walkers import Nerves, Walker
@@ -216,7 +216,7 @@ def of_measures(measures: Measures, recording: Recording, scene: Scene) -> dict[
         found[ACTIVE] = Finding(share, f"{muscles}; idle: {', '.join(idle)}" if idle else muscles)
     if (activation := measures.get(ACTIVATION)) is not None:
         found[ACTIVATION] = Finding(activation, judges=False)
-    for bar in TOLD:
+    for bar in UNJUDGED:
         if (value := measures.get(bar.name)) is not None:
             known, source = human(bar.name)
             found[bar.name] = Finding(value, f"people {known} ({source})" if known else "", judges=False)

@@ -123,7 +123,7 @@ _TRIALS = (
 )
 _ACTIVATION = Bar(ACTIVATION, "0 to 1", (None, None), (None, None))  # nobody knows people's in these models
 # Told, and asked by nobody, so that a gait shows what it does where nothing made it: people's stand in `REFERENCES`.
-TOLD = (
+UNJUDGED = (
     Bar(CLEARANCE, "cm", (None, None), (None, None)),
     Bar("pelvis obliquity, range", "deg", (None, None), (None, None)),
     Bar("pelvis rotation, range", "deg", (None, None), (None, None)),
@@ -139,7 +139,7 @@ FURTHER_WALK = (
     Bar("ankle moment, maximum", "N m/kg", (1.1, 1.6), (1.1, 1.6)),
     Bar("ankle power, maximum", "W/kg", (2.0, 3.5), (2.4, 3.0)),
     Bar(VARIABILITY, "mm", (5, 30), (5, 30)),
-    *TOLD,
+    *UNJUDGED,
     *_TRIALS,
 )
 FURTHER_RUN = (_ACTIVATION, *_TRIALS)
