@@ -1,5 +1,7 @@
 """Clearance, arms and calves while a leg swings, of motions that are made up."""
 
+from copy import deepcopy
+
 import numpy as np
 import pytest
 
@@ -50,6 +52,14 @@ def test_clearance_is_the_least_height_of_the_lowest_point_in_the_middle_of_swin
         np.testing.assert_allclose(found, least if counts else flat[:3], atol=1e-3, err_msg=str(middle))
         assert (least < 0.02) == counts
     assert swing_measures(level, scene, CYCLES, 60.0)[CLEARANCE] == pytest.approx(100.0 * np.mean(flat))
+
+
+def test_feet_without_shapes_have_no_clearance(scene: Scene, motion: Recording):
+    bare = deepcopy(scene)
+    for body in bare.character.bodies.values():
+        body.shapes = []
+    assert clearances(motion, bare, CYCLES) == []
+    assert CLEARANCE in swing_measures(motion, bare, CYCLES, 60.0)
 
 
 def test_arms_swing_by_the_range_of_the_turn_of_the_joints_that_hang_on_the_trunk(scene: Scene, motion: Recording):

@@ -43,11 +43,14 @@ def swing_measures(
 def clearances(recording: Recording, scene: Scene, cycles: dict[str, Strides]) -> list[float]:
     """How far the lowest point of a foot stays above the ground in the middle of each swing, m; below 0 if it scuffs.
 
-    Swings are those that begin within the gait cycles.
+    Swings are those that begin within the gait cycles. Feet without points that touch the ground have none.
     """
     found = []
     for side, foot in zip(SIDES, feet_of(scene), strict=True):
-        height = -np.max([point.depth for point in foot_points(recording, scene, foot)], axis=0)
+        depths = [point.depth for point in foot_points(recording, scene, foot)]
+        if not depths:
+            continue
+        height = -np.max(depths, axis=0)
         begin, end = cycles[side][0][0], cycles[side][-1][1]
         times = contacts_of(recording, side, body_weight(scene))
         for lifted, landed in zip(
