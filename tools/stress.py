@@ -44,9 +44,11 @@ LATE_PAGE = """(() => {
   };
   window.setTimeout = (act, time = 0, ...given) => wait(act, time + late(400), ...given);
   if (!%d) return;
-  const inOrder = (last = 0) => (act) => {
+  // Timers of the same moment may go off in another order, so each does what has waited longest.
+  const inOrder = (last = 0, acts = []) => (act) => {
     const now = performance.now();
-    wait(act, (last = Math.max(last, now + late(300))) - now);
+    acts.push(act);
+    wait(() => acts.shift()(), (last = Math.max(last, now + late(300))) - now);
   };
   const Plain = WebSocket;
   window.WebSocket = class extends Plain {
@@ -115,7 +117,8 @@ def late_server() -> None:
     """Let what a server tells pages, and what they say, come late and in order."""
 
     def tell(plain: Callable[..., None], server: Any, message: Any) -> None:
-        server.stressed = max(getattr(server, "stressed", 0.0), server._loop.time() + 0.3 * CHANCE.random())
+        before = getattr(server, "stressed", 0.0) + 1e-6  # at the same moment the order would be any
+        server.stressed = max(before, server._loop.time() + 0.3 * CHANCE.random())
         server._loop.call_at(server.stressed, plain, server, message)
 
     def stop(plain: Callable[..., None], server: Any) -> None:
