@@ -140,6 +140,7 @@ def test_values_of_a_page_are_bounded_and_steering_is_a_ramp(live):
         until(lambda: live.run.rollout.model.simbicon.hip.numpy()["desired_heading"][0, 0] > 0.05)
         client.send(used(live, live.turned, 0))
         until(lambda: live.run.turned == 0.0)
+    live.restart()  # else its heading is on the way back while another test looks
     still_serves(live)
 
 
