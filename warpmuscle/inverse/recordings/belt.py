@@ -25,11 +25,15 @@ def belt_velocity(times: Floats, place: Floats, turning: Floats, force: Floats, 
         times: (n,) s. place: (n, L, 3) m, of the feet that L loads act on. turning: (n, L, 3) rad/s, of these.
         force: (n, L, 3) N. point: (n, L, 3) m, where it acts.
     """
-    found = np.zeros(3)
     if len(times) < FEW or force[..., 1].max(initial=0.0) < CARRIED:
-        return found
+        return np.zeros(3)
     velocity = np.gradient(place, times, axis=0) + np.cross(turning, point - place)
-    weight = np.maximum(force[..., 1], 0.0)
+    return loaded_velocity(velocity, np.maximum(force[..., 1], 0.0))
+
+
+def loaded_velocity(velocity: Floats, weight: Floats) -> Floats:
+    """Velocity (3,) of points (..., 3), m/s, half of whose weight (...) is on slower ones; 0 along what is slow."""
+    found = np.zeros(3)
     for axis in (0, 2):
         middle = weighted_median(velocity[..., axis], weight)
         found[axis] = middle if abs(middle) > LEAST else 0.0

@@ -13,9 +13,8 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.sequences import weighted_median
 from warpmuscle.inverse.body_model import BodyLoads, BodyModel, Dynamics
-from warpmuscle.inverse.recordings.belt import LEAST
+from warpmuscle.inverse.recordings.belt import FEW, loaded_velocity
 from warpmuscle.inverse.simulated_ground.foot_contact import HERTZ, Foot, places
 from warpmuscle.scene.joints import root_type
 
@@ -115,12 +114,6 @@ def fit_floors(trials: list[Recorded]) -> list[Floor]:
 
 def _belt(trial: Recorded, force: Floats) -> Floats:
     """Velocity (3,) of the points, of which half of the force is carried by slower ones; none along what is slow."""
-    found = np.zeros(3)
-    if len(trial.times) < 3:
-        return found
-    rate = np.gradient(trial.place, trial.times, axis=0)
-    for axis in (0, 2):
-        if force.max(initial=0.0) > 0.0:
-            middle = weighted_median(rate[..., axis], force)
-            found[axis] = middle if abs(middle) > LEAST else 0.0
-    return found
+    if len(trial.times) < FEW or force.max(initial=0.0) <= 0.0:
+        return np.zeros(3)
+    return loaded_velocity(np.gradient(trial.place, trial.times, axis=0), force)
