@@ -162,10 +162,12 @@ class Steps(NamedTuple):
 def steps_of(recording: Recording, scene: Scene, start: float = 5.0) -> Steps:
     """The steps of a walk from a time on, s, as `measure` counts them.
 
+    Args:
+        recording: on a treadmill relative to the belts, see `over_belts`.
+
     Raises:
         Error: the scene has no feet.
     """
-    recording = over_belts(recording, scene)
     landings = _landings_of(recording, *feet_of(scene))
     steps = _steps(landings, start)
     return Steps(landings.sides[landings.steps(start)], steps[:, 0], steps[:, 1])

@@ -70,7 +70,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
     Raises:
         Error: no legs, or no whole gait cycle.
     """
-    given, recording = recording, over_belts(recording, scene)
+    recording = over_belts(recording, scene)
     cycles = steady_strides(recording, scene)
     gait = measure(recording, *feet_of(scene))
     steady = recording.window(gait.start)
@@ -83,7 +83,7 @@ def gait_measures(recording: Recording, scene: Scene) -> Measures:
         "step width": gait.step_width,
         "cadence": gait.cadence,
     }
-    deviation = steps_of(given, scene, gait.start).length_deviation
+    deviation = steps_of(recording, scene, gait.start).length_deviation
     found[VARIABILITY] = None if deviation is None else 1000.0 * deviation
     shares = support_of(recording, scene, cycles)
     running = runs(scene, shares)

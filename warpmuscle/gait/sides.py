@@ -10,7 +10,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.gait.curves import FORWARDS, Curves, gait_curves, mean_of
 from warpmuscle.gait.cycles import PERCENT, Strides, body_weight, over_strides, steady_strides
 from warpmuscle.gait.foot_contact import SIDES, contacts_of
-from warpmuscle.gait.measures import measure, steps_of
+from warpmuscle.gait.measures import feet_of, measure, steps_of
 from warpmuscle.gait.muscle_timing import side_and_muscle
 from warpmuscle.gait.profile_score import profile_scores, variable_scores
 from warpmuscle.gait.relative_to_belts import over_belts
@@ -66,12 +66,12 @@ def measures_of_sides(recording: Recording, scene: Scene) -> dict[str, OfSides]:
     Raises:
         Error: no legs, or no whole gait cycle.
     """
-    given, recording = recording, over_belts(recording, scene)
+    recording = over_belts(recording, scene)
     cycles = steady_strides(recording, scene)
     curves = gait_curves(recording, scene, cycles)
     scores = profile_scores(variable_scores(curves))
     found: dict[str, OfSides] = {}
-    _put(found, "step length", "m", _step_lengths(given, scene))
+    _put(found, "step length", "m", _step_lengths(recording, scene))
     _put(found, "stance", "% of the cycle", [_stance(recording, scene, cycles, side) for side in SIDES])
     if scores:
         _put(found, "gait profile score", "deg", [scores[side] for side in SIDES])
@@ -90,7 +90,7 @@ def _put(found: dict[str, OfSides], name: str, unit: str, values: list[float]) -
 
 
 def _step_lengths(recording: Recording, scene: Scene) -> list[float]:
-    steps = steps_of(recording, scene, measure(recording, scene).start)
+    steps = steps_of(recording, scene, measure(recording, *feet_of(scene)).start)
     return [float(lengths.mean()) if len(lengths := steps.of(side)) else np.nan for side in (0, 1)]
 
 

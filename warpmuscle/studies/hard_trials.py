@@ -13,9 +13,10 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.gait.cycles import steady_strides
-from warpmuscle.gait.measures import heading, measure, steps_of
+from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
 from warpmuscle.gait.muscle_timing import active_windows
 from warpmuscle.gait.quality import ACTIVE, LEAST_FLIGHT, VARIABILITY, Measures, gait_measures
+from warpmuscle.gait.relative_to_belts import over_belts
 from warpmuscle.gait.table import human
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
@@ -199,8 +200,9 @@ def variability(walker: Walker, duration: float, without: float | None) -> Findi
     walks = walker.with_nerves(Nerves(noise=NERVES.noise)).walk(duration, none(1), record=True)
     if not walks.upright[0]:
         return Finding(None, "falls with noise of nerves", failed=True)
-    motion, scene = walks.recordings[0], walker.scene()
-    deviation = steps_of(motion, scene, measure(motion, scene).start).length_deviation
+    scene = walker.scene()
+    motion = over_belts(walks.recordings[0], scene)
+    deviation = steps_of(motion, scene, measure(motion, *feet_of(scene)).start).length_deviation
     if deviation is None:
         return Finding(None, "too few steps")
     return Finding(1000.0 * deviation, "" if without is None else f"{without:.2g} without noise of nerves")
