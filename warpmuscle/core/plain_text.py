@@ -33,15 +33,19 @@ def number_of(count: int, noun: str, verb: str = "") -> str:
     """
     if count == 1:
         return f"1 {noun} {_OF_ONE.get(verb, verb + 's')}" if verb else f"1 {noun}"
+    return f"{count} {_plural(noun)}" + (f" {verb}" if verb else "")
+
+
+def _plural(noun: str) -> str:
     old, new = next((pair for pair in _PLURALS if noun.endswith(pair[0])), ("", "s"))
-    return f"{count} {noun.removesuffix(old)}{new}" + (f" {verb}" if verb else "")
+    return noun.removesuffix(old) + new
 
 
 def many_of(count: float, noun: str) -> str:
     """A number of things, of which there may be millions: "1 step", "940 steps", "64 thousand steps"."""
     for least, size, word in ((1e6, 1e6, "million"), (1e4, 1e3, "thousand")):
         if count >= least:
-            return f"{count / size:.4g} {word} {number_of(2, noun)[2:]}"
+            return f"{count / size:.4g} {word} {_plural(noun)}"
     return number_of(round(count), noun)
 
 
