@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from warpmuscle.core.sequences import at_moments, nearest_rows, rising
+from warpmuscle.core.sequences import at_moments, mirrored, nearest_rows, rising, weighted_median
 
 
 def test_every_column_is_that_of_numpys_interpolation_also_beyond_the_ends():
@@ -13,6 +13,19 @@ def test_every_column_is_that_of_numpys_interpolation_also_beyond_the_ends():
     assert found.shape == (4, 7, 3, 2)
     for k in np.ndindex(3, 2):
         np.testing.assert_allclose(found[(..., *k)], np.interp(moments, time, values[(..., *k)]), atol=1e-12)
+
+
+def test_rows_are_mirrored_about_the_first_and_the_last_one():
+    np.testing.assert_array_equal(mirrored(np.array([1.0, 2.0, 4.0]), 2), [-2.0, 0.0, 1.0, 2.0, 4.0, 6.0, 7.0])
+    rows = mirrored(np.array([[0.0, 5.0], [1.0, 5.0], [3.0, 6.0]]), 1)
+    np.testing.assert_array_equal(rows, [[-1.0, 5.0], [0.0, 5.0], [1.0, 5.0], [3.0, 6.0], [5.0, 7.0]])
+
+
+def test_half_of_the_weight_is_at_or_below_the_weighted_median():
+    values = np.array([[3.0, 1.0], [2.0, 9.0]])
+    assert weighted_median(values, np.ones((2, 2))) == 2.0
+    assert weighted_median(values, np.array([[1.0, 1.0], [1.0, 4.0]])) == 9.0
+    assert weighted_median(values, np.array([[0.0, 2.0], [0.0, 0.0]])) == 1.0
 
 
 def test_neighbours_that_fall_are_pooled_until_none_does():

@@ -30,6 +30,12 @@ def reaches_over(clock: Floats, first: float, last: float) -> bool:
     return bool(clock[0] - late <= first and last <= clock[-1] + late)
 
 
+def mirrored(rows: Floats, count: int) -> Floats:
+    """Rows (F, ...) with so many more at each end, mirrored about the first and the last one; fewer than F."""
+    before, behind = rows[count:0:-1], rows[-2 : -count - 2 : -1]
+    return np.concatenate([2.0 * rows[:1] - before, rows, 2.0 * rows[-1:] - behind])
+
+
 def weighted_median(values: Floats, weights: Floats) -> float:
     """The least of some values that, with all that are less, have half of the weight; at least one weight is not 0."""
     order = np.argsort(values, axis=None, kind="stable")

@@ -10,6 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.sequences import mirrored
 from warpmuscle.gait.cycles import body_weight
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.measures import heading
@@ -45,10 +46,10 @@ def low_passed(time: Floats, values: Floats, cutoff: float) -> Floats:
     grid = np.linspace(at[0], at[-1], count)
     if not even:
         rows = np.stack([np.interp(grid, at, column) for column in rows.T], axis=1)
-    more = min(round(SETTLED * rate / cutoff), count - 1)  # mirrored at both ends, about the first and the last value
-    rows = np.concatenate([2.0 * rows[:1] - rows[more:0:-1], rows, 2.0 * rows[-1:] - rows[-2 : -more - 2 : -1]])
-    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(rows), 1.0 / rate) / cutoff) ** ORDER)
-    rows = np.fft.irfft(gain[:, None] * np.fft.rfft(rows, axis=0), len(rows), axis=0)[more : more + count]
+    more = min(round(SETTLED * rate / cutoff), count - 1)
+    longer = mirrored(rows, more)
+    gain = 1.0 / (1.0 + (np.fft.rfftfreq(len(longer), 1.0 / rate) / cutoff) ** ORDER)
+    rows = np.fft.irfft(gain[:, None] * np.fft.rfft(longer, axis=0), len(longer), axis=0)[more : more + count]
     if not even:
         rows = np.stack([np.interp(at, grid, column) for column in rows.T], axis=1)
     return np.asarray(rows.reshape(given.shape))

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
+from warpmuscle.core.sequences import mirrored
 
 ORDER = 3  # of the filter, one way
 SLOWEST = 5.0  # Hz, below which nobody records
@@ -47,8 +48,7 @@ def low_pass(times: Floats, values: Floats, cutoff: float) -> tuple[Floats, Floa
     at = times if even else np.linspace(times[0], times[-1], round((times[-1] - times[0]) * rate) + 1)
     x = values if even else spline(times, values, at)[0]
     pad = len(x) // 2
-    x = np.concatenate([2.0 * x[:1] - x[pad:0:-1], x, 2.0 * x[-1:] - x[-2 : -pad - 2 : -1]])
-    at = np.concatenate([2.0 * at[0] - at[pad:0:-1], at, 2.0 * at[-1] - at[-2 : -pad - 2 : -1]])
+    x, at = mirrored(x, pad), mirrored(at, pad)
     b, a = butter(ORDER, cutoff / (0.5 * rate))
     flat = x.reshape(len(x), -1)
     for _ in range(2):  # the first values of each way are left as they are

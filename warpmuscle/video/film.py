@@ -13,7 +13,7 @@ from warpmuscle.core.limits import check_size
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.core.pose import normalized
-from warpmuscle.core.sequences import at_moments
+from warpmuscle.core.sequences import at_moments, mirrored
 from warpmuscle.gait.cycles import body_weight, steady_strides
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
@@ -241,8 +241,6 @@ def _followed(recording: Recording, ground: Surface, repeated: tuple[float, floa
     half = min(int(0.5 * _SMOOTH / interval), len(time) - 1)
     if half == 0:
         return com, TILE
-    before, behind = 2.0 * com[0] - com[half:0:-1], 2.0 * com[-1] - com[-2 : -half - 2 : -1]
-    padded = np.concatenate([before, com, behind])
-    summed = np.concatenate([np.zeros((1, 3)), np.cumsum(padded, axis=0)])
+    summed = np.concatenate([np.zeros((1, 3)), np.cumsum(mirrored(com, half), axis=0)])
     width = 2 * half + 1
     return (summed[width:] - summed[:-width]) / width, TILE
