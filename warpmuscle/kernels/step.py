@@ -10,7 +10,9 @@ from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import (
+    LEAN_VECTORS,
     apart_at,
+    lean_at,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -119,6 +121,7 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
+    together: int | None = None,
     mark: Any = no_mark,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
@@ -130,29 +133,32 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
+        together: instances that share a block of several warps; None for as many as it has seats.
         mark: see `one_step_of`.
     """
-    several, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
-    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // instances_per_block if several else 0)
+    several, seats = block_dim > WARP, max(block_dim // lanes, 1)
+    instances_per_block = together or seats
+    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // seats if several else 0)
     muscles, skeleton = kind.muscles, kind.skeleton
     one_step, extensions_struct = Postponed("one_step", partial(one_step_of, kind, mark)), kind.extensions
     touching = any(force.touch for force in kind.forces)
     monomials, long_paths = kind.monomials, kind.long_paths
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
-        skeleton.near_entries,
+        skeleton.near_entries, skeleton.lean,
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     before, behind = monomials > 0 and own_slots, monomials > 0 and not own_slots
     monomials_apart = monomials_before_contacts if before else None
     monomials_behind = monomials_at if behind else None
-    keep_apart = apart_at if skeleton.apart else None
+    keep_apart, keep_lean = apart_at if skeleton.apart else None, lean_at if skeleton.lean else None
+    vectors = LEAN_VECTORS * capacity if skeleton.lean else 0
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
-        capacity, lanes, block_dim, kind, slots, mark,
+        capacity, lanes, block_dim, kind, slots, together, mark,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
@@ -167,11 +173,14 @@ def step_kernel(
         i, number = wp.tid()
         if wp.static(several):  # neighbours in a warp are the same lane of several instances
             thread = i * lanes + number
-            i = thread // block_dim * instances_per_block + thread % instances_per_block
-            number = thread % block_dim // instances_per_block
+            i = thread // block_dim * instances_per_block + thread % seats
+            number = thread % block_dim // seats
             wp.tile_zeros(shape=wp.static(block_floats), dtype=float, storage="shared")  # so that there is the memory
             if i >= running.shape[0]:
                 return
+            if wp.static(seats > instances_per_block):  # noqa: SIM102, with `and` it would be compiled in all the same
+                if thread % seats >= instances_per_block:
+                    return
         character = model
         changing = state
         own = extensions
@@ -187,8 +196,13 @@ def step_kernel(
             work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
+        far = buffer
+        if wp.static(not several):  # a thread of a CPU has its working set in the same memory, before
+            far = buffer + wp.static(wp.uint64(4 * floats))
         if wp.static(skeleton.apart):
-            keep_apart(work, buffer, instance, state.step.shape[0], wp.static(skeleton.entries))
+            keep_apart(work, far, instance, state.step.shape[0], wp.static(skeleton.entries), vectors)
+        if wp.static(skeleton.lean):
+            keep_lean(work, far, instance, state.step.shape[0], capacity)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

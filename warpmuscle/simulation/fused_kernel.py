@@ -24,7 +24,7 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.scratch import FOLLOWED, work_floats
+from warpmuscle.kernels.memory.scratch import FOLLOWED, LEAN_VECTORS, work_floats
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -62,6 +62,7 @@ class KernelConfig(NamedTuple):
     block_dim: int
     kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
+    together: int | None = None  # instances that share a block of several warps; None for one for each of its seats
 
     def compiling(self, **parts: Any) -> KernelConfig:
         """The same with other parts of the step, see `StepKind`."""
@@ -74,13 +75,18 @@ class KernelConfig(NamedTuple):
         monomials = 0 if muscles is None else muscles.paths.monomials
         coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
         return int(
-            work_floats(self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries)
+            work_floats(
+                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries,
+                skeleton.lean,
+            )
         )
 
     def buffer_floats(self, instances: int) -> int:
         """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
-        if self.kind.skeleton.apart:
-            return int(FOLLOWED * self.kind.skeleton.entries * instances)
+        skeleton = self.kind.skeleton
+        if skeleton.apart:
+            lean = 3 * LEAN_VECTORS * self.capacity if skeleton.lean else 0
+            return int((FOLLOWED * skeleton.entries + lean) * instances)
         return self.work_floats
 
     @property
@@ -91,12 +97,16 @@ class KernelConfig(NamedTuple):
     @property
     def instances_a_block(self) -> int:
         """Instances that share a block."""
+        return self.together or self.seats
+
+    @property
+    def seats(self) -> int:
+        """Instances that a block has lanes for."""
         return max(self.block_dim // self.lanes, 1)
 
     def rows(self, instances: int) -> int:
         """Rows of lanes that so many instances are launched with: of whole blocks, where they span several warps."""
-        count = self.instances_a_block
-        return -(-instances // count) * count if self.several_warps else instances
+        return -(-instances // self.instances_a_block) * self.seats if self.several_warps else instances
 
     @property
     def large_blocks(self) -> int:

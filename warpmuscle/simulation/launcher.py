@@ -24,7 +24,8 @@ GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
-FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
+FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer ...
+LEAN_SIDE_BY_SIDE = (32, 24, 16, 12, 8), (6, 4, 1)  # ... of which some seats are empty, where part is in main memory
 LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have no more than there are threads in a warp
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
@@ -145,9 +146,10 @@ def large_blocks(
     assert config.kind.muscles is not None
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
     usual = []  # ways to share out memory, what takes least of it last
-    skeleton = config.kind.skeleton
-    for apart in (False, True) if skeleton.open > 0 else (False,):
-        one = config.compiling(skeleton=skeleton._replace(apart=apart))
+    skeleton, polynomials = config.kind.skeleton, config.kind.muscles.paths.monomials > 0
+    ways = [(False, False), (True, False), (True, True)] if skeleton.open > 0 else [(False, False)]
+    for apart, lean in ways[:2] if polynomials else ways:
+        one = config.compiling(skeleton=skeleton._replace(apart=apart, lean=lean))
         for in_scratch in (True, False) if config.kind.muscles.may_be_in_scratch else (False,):
             usual.append((one, in_scratch, in_blocks(one, structure, slots, None, in_scratch)))
     config, in_scratch, found = max(usual, key=lambda way: way[2][0].resident(1) if way[2] else 0)
@@ -173,12 +175,15 @@ def in_blocks(
     threads = LARGE_BLOCK
     if config.kind.muscles.paths.wraps:
         threads = LARGE_BLOCK_OF_LOOPS if config.kind.skeleton.constraints > 0 else LARGE_BLOCK_OF_WRAPS
-    for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
+    for sizes in LEAN_SIDE_BY_SIDE if config.kind.skeleton.lean else (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
-            most = LANES_OF_FEW if sizes is FEW_SIDE_BY_SIDE and config.kind.muscles.paths.wraps else WARP
-            own = min(threads // together, most) if lanes is None else lanes
-            large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
+            seats = 1 << (together - 1).bit_length()
+            few = seats < SIDE_BY_SIDE[-1] or (config.kind.skeleton.lean and seats == SIDE_BY_SIDE[-1])
+            most = LANES_OF_FEW if few and config.kind.muscles.paths.wraps else WARP
+            own = min(threads // seats, most) if lanes is None else lanes
+            large = config._replace(lanes=own, block_dim=max(own * seats, 2 * WARP))
+            large = large._replace(together=together if together < seats else None)
             found.append(with_room(large, structure, slots, in_scratch))
         found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]
         if found:

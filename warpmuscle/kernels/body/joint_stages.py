@@ -39,7 +39,12 @@ from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stag
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.scratch import coordinate_work_at, followed_work_at_of, pushed_work_at_of, work_at
+from warpmuscle.kernels.memory.scratch import (
+    coordinate_work_at_of,
+    followed_work_at_of,
+    pushed_work_at_of,
+    work_at,
+)
 from warpmuscle.kernels.structs import FOLLOWER
 
 
@@ -56,7 +61,8 @@ class SkeletonKind(NamedTuple):
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
     of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
     entries: int = 0  # pairs of a body and an unknown that stays open to the root and acts on it, see `followed.py`
-    apart: bool = False  # whether what these leave is in a GPU's main memory, see `scratch.apart_at`
+    apart: bool = False  # whether what these leave is in a GPU's main memory, see `scratch.apart_at` ...
+    lean: bool = False  # ... and part of every body's, see `scratch.lean_at`
 
     @property
     def follows(self) -> bool:
@@ -107,11 +113,11 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
     if kind.follows:
         backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
-    views = coordinate_work_at
+    views = coordinate_work_at_of(kind.lean)
     if kind.open:
-        views = followed_work_at_of(kind.open, kind.near_entries)
+        views = followed_work_at_of(kind.open, kind.near_entries, kind.lean)
         if kind.constraints:
-            views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints)
+            views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints, kind.lean)
         constrained = kind.constraints > 0
         acceleration, hybrid = (
             stage_of(

@@ -22,6 +22,8 @@ COORDINATE = 9  # floats a body, of joints of one coordinate where there are som
 FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see `followed.py`
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
+LEAN_FIRST = 32  # floats a body in the first block where the last ones are in main memory, see `lean_at` ...
+LEAN_VECTORS = 11  # ... which take as many vectors of it there, with those of `COORDINATE`
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -94,6 +96,16 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
+def first_of(lean: bool) -> int:
+    """Floats a body in the first block of `work_at`, if part of it is in main memory, or else."""
+    return LEAN_FIRST if lean else FIRST
+
+
+def coordinate_of(lean: bool) -> int:
+    """The same of the block of joints of one coordinate."""
+    return 0 if lean else COORDINATE
+
+
 def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
     """Numbers of so many followed coordinates: of bodies that they act on, and their equations; some are pushes.
 
@@ -105,7 +117,7 @@ def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
 
 def work_floats(
     capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0,
-    pushes: int = 0, entries: int | None = None,
+    pushes: int = 0, entries: int | None = None, lean: bool = False,
 ) -> int:  # fmt: skip
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
@@ -118,12 +130,13 @@ def work_floats(
             which there need not be room for monomials, so that they come last.
         followed: coordinates that stay open to the root. pushes: those of them that are rows of constraints.
         entries: pairs of a body and one of them that acts on it; None for all pairs.
+        lean: whether part of it is in main memory, see `lean_at`; only with coordinate joints.
     """
     entries = followed * capacity if entries is None else entries
-    floats = (FIRST + SECOND) * capacity + OTHER_FLOATS
+    floats = (first_of(lean) + SECOND) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
-        floats += COORDINATE * capacity + followed_floats(followed, entries, pushes)
+        floats += coordinate_of(lean) * capacity + followed_floats(followed, entries, pushes)
         return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
@@ -184,99 +197,120 @@ matrices_at = part_of(wp.mat33, "wp::mat33")
 symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 
-@func
-def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
-    """Views on the working set in some memory, with room for n bodies.
+@cache
+def work_at_of(lean: bool) -> Any:
+    """The Warp function `work_at`; `lean`: whether `lean_at` then puts part of it into main memory."""
+    first = first_of(lean)
 
-    What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
-    numbers, which a lane fetches at once.
-    What a step no longer needs gives its place to what it needs then: `LIVES` says from when to when that is.
-    In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
-    may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
-    accelerations. Where torques are shared out, prices and shares take the places of targets and contacts.
-    The joint factors of the backward pass take the places of the velocities and their lags, of the same
-    joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
-    """
-    w = Scratch()
-    w.orientation = quaternions_at(memory, 0, FIRST, n)
-    w.factor_c = vectors_at(memory, 0, FIRST, n)
-    w.rotation = matrices_at(memory, 4, FIRST, n)
-    w.position = vectors_at(memory, 13, FIRST, n)
-    w.angular_velocity = vectors_at(memory, 16, FIRST, n)
-    w.bias = vectors_at(memory, 19, FIRST, n)
-    w.torque = vectors_at(memory, 22, FIRST, n)
-    w.stiffness = symmetric_at(memory, 25, FIRST, n)
-    w.factor_b = matrices_at(memory, 22, FIRST, n)
-    w.velocity = vectors_at(memory, 31, FIRST, n)
-    w.lag_angular = vectors_at(memory, 34, FIRST, n)
-    w.lag_velocity = vectors_at(memory, 37, FIRST, n)
-    w.factor_a = matrices_at(memory, 31, FIRST, n)
-    w.bias_force = vectors_at(memory, 40, FIRST, n)
-    second = FIRST * n
-    w.turned = quaternions_at(memory, second, SECOND, n)
-    w.rate = vectors_at(memory, second + 4, SECOND, n)
-    w.gain = vectors_at(memory, second + 7, SECOND, n)
-    w.parent_rate = vectors_at(memory, second + 10, SECOND, n)
-    w.parent_gain = vectors_at(memory, second + 13, SECOND, n)
-    w.anchor = vectors_at(memory, second + 16, SECOND, n)
-    w.moment = vectors_at(memory, second, SECOND, n)
-    w.momentum = vectors_at(memory, second + 3, SECOND, n)
-    w.shape_middle = vectors_at(memory, second, 6, SHAPES_A_BODY * n)
-    w.shape_half = vectors_at(memory, second + 3, 6, SHAPES_A_BODY * n)
-    w.block_a = symmetric_at(memory, second, SECOND, n)
-    w.block_b = matrices_at(memory, second + 6, SECOND, n)
-    w.block_c = symmetric_at(memory, second + 15, SECOND, n)
-    w.bias_moment = vectors_at(memory, second + 21, SECOND, n)
-    w.angular_acceleration = vectors_at(memory, second, SECOND, n)
-    w.acceleration = vectors_at(memory, second + 3, SECOND, n)
-    w.target = quaternions_at(memory, second, CONTROL, n)
-    w.strength = floats_at(memory, second + 4, CONTROL, n)
-    w.frame = integers_at(memory, second + 5, CONTROL, n)
-    w.joint_velocity = vectors_at(memory, second + 6, CONTROL, n)
-    w.price = vectors_at(memory, second, CONTROL, n)
-    w.lack = vectors_at(memory, second + 3, CONTROL, n)
-    w.softness = floats_at(memory, second + 9, CONTROL, n)
-    w.dearest = floats_at(memory, second + 10, CONTROL, n)
-    w.pull = vectors_at(memory, second + CONTROL * n, 3, PULLS_A_BODY * n)
-    feet = second + SECOND * n
-    w.share = floats_at(memory, feet, 1, SLOT_FLOATS * slots)
-    w.contact_b = matrices_at(memory, feet, SLOT_FLOATS, slots)
-    w.contact_c = symmetric_at(memory, feet + 9, SLOT_FLOATS, slots)
-    w.contact_force = vectors_at(memory, feet + 15, SLOT_FLOATS, slots)
-    rest = feet + SLOT_FLOATS * slots
-    w.center = vectors_at(memory, rest, 3, 2)
-    w.flags = integers_at(memory, rest + 6, 1, 2)
-    w.near = integers_at(memory, rest + 8, 1, 1)
-    return w
+    @func
+    def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
+        """Views on the working set in some memory, with room for n bodies.
+
+        What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
+        numbers, which a lane fetches at once.
+        What a step no longer needs gives its place to what it needs then: `LIVES` says from when to when that is.
+        In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
+        may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
+        accelerations. Where torques are shared out, prices and shares take the places of targets and contacts.
+        The joint factors of the backward pass take the places of the velocities and their lags, of the same
+        joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
+        """
+        w = Scratch()
+        w.orientation = quaternions_at(memory, 0, first, n)
+        w.factor_c = vectors_at(memory, 0, first, n)
+        w.rotation = matrices_at(memory, 4, first, n)
+        w.position = vectors_at(memory, 13, first, n)
+        w.angular_velocity = vectors_at(memory, 16, first, n)
+        w.bias = vectors_at(memory, 19, first, n)
+        w.torque = vectors_at(memory, 22, first, n)
+        w.stiffness = symmetric_at(memory, 25, first, n)
+        w.factor_b = matrices_at(memory, 22, first, n)
+        w.velocity = vectors_at(memory, 31, first, n)
+        w.lag_angular = vectors_at(memory, 34, first, n)
+        w.lag_velocity = vectors_at(memory, 37, first, n)
+        w.factor_a = matrices_at(memory, 31, first, n)
+        w.bias_force = vectors_at(memory, 40, first, n)
+        second = first * n
+        w.turned = quaternions_at(memory, second, SECOND, n)
+        w.rate = vectors_at(memory, second + 4, SECOND, n)
+        w.gain = vectors_at(memory, second + 7, SECOND, n)
+        w.parent_rate = vectors_at(memory, second + 10, SECOND, n)
+        w.parent_gain = vectors_at(memory, second + 13, SECOND, n)
+        w.anchor = vectors_at(memory, second + 16, SECOND, n)
+        w.moment = vectors_at(memory, second, SECOND, n)
+        w.momentum = vectors_at(memory, second + 3, SECOND, n)
+        w.shape_middle = vectors_at(memory, second, 6, SHAPES_A_BODY * n)
+        w.shape_half = vectors_at(memory, second + 3, 6, SHAPES_A_BODY * n)
+        w.block_a = symmetric_at(memory, second, SECOND, n)
+        w.block_b = matrices_at(memory, second + 6, SECOND, n)
+        w.block_c = symmetric_at(memory, second + 15, SECOND, n)
+        w.bias_moment = vectors_at(memory, second + 21, SECOND, n)
+        w.angular_acceleration = vectors_at(memory, second, SECOND, n)
+        w.acceleration = vectors_at(memory, second + 3, SECOND, n)
+        w.target = quaternions_at(memory, second, CONTROL, n)
+        w.strength = floats_at(memory, second + 4, CONTROL, n)
+        w.frame = integers_at(memory, second + 5, CONTROL, n)
+        w.joint_velocity = vectors_at(memory, second + 6, CONTROL, n)
+        w.price = vectors_at(memory, second, CONTROL, n)
+        w.lack = vectors_at(memory, second + 3, CONTROL, n)
+        w.softness = floats_at(memory, second + 9, CONTROL, n)
+        w.dearest = floats_at(memory, second + 10, CONTROL, n)
+        w.pull = vectors_at(memory, second + CONTROL * n, 3, PULLS_A_BODY * n)
+        feet = second + SECOND * n
+        w.share = floats_at(memory, feet, 1, SLOT_FLOATS * slots)
+        w.contact_b = matrices_at(memory, feet, SLOT_FLOATS, slots)
+        w.contact_c = symmetric_at(memory, feet + 9, SLOT_FLOATS, slots)
+        w.contact_force = vectors_at(memory, feet + 15, SLOT_FLOATS, slots)
+        rest = feet + SLOT_FLOATS * slots
+        w.center = vectors_at(memory, rest, 3, 2)
+        w.flags = integers_at(memory, rest + 6, 1, 2)
+        w.near = integers_at(memory, rest + 8, 1, 1)
+        return w
+
+    return work_at
 
 
-@func
-def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
-    """The same where there are joints of one coordinate, which have a block of their own behind all others."""
-    w = work_at(memory, n, slots)
-    block = (FIRST + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS
-    w.coordinate_turning = vectors_at(memory, block, COORDINATE, n)
-    w.coordinate_moving = vectors_at(memory, block + 3, COORDINATE, n)
-    w.coordinate_drift = vectors_at(memory, block + 6, COORDINATE, n)
-    w.coordinate_turning_drift = vectors_at(memory, 22, FIRST, n)
-    w.coordinate_state = vectors_at(memory, 40, FIRST, n)
-    w.turn_rates = matrices_at(memory, 4, FIRST, n)
-    w.move_rates = matrices_at(memory, 13, FIRST, n)
-    return w
+work_at = work_at_of(False)
 
 
 @cache
-def followed_work_at_of(followed: int, entries: int) -> Any:
+def coordinate_work_at_of(lean: bool) -> Any:
+    """The Warp function `coordinate_work_at`; see above."""
+    first, own, any_work_at = first_of(lean), COORDINATE, work_at_of(lean)
+
+    @func
+    def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
+        """The same where there are joints of one coordinate, which have a block of their own behind all others."""
+        w = any_work_at(memory, n, slots)
+        block = (first + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        w.coordinate_turning = vectors_at(memory, block, own, n)
+        w.coordinate_moving = vectors_at(memory, block + 3, own, n)
+        w.coordinate_drift = vectors_at(memory, block + 6, own, n)
+        w.coordinate_turning_drift = vectors_at(memory, 22, first, n)
+        w.coordinate_state = vectors_at(memory, 40, first, n)
+        w.turn_rates = matrices_at(memory, 4, first, n)
+        w.move_rates = matrices_at(memory, 13, first, n)
+        return w
+
+    return coordinate_work_at
+
+
+coordinate_work_at = coordinate_work_at_of(False)
+
+
+@cache
+def followed_work_at_of(followed: int, entries: int, lean: bool = False) -> Any:
     """`coordinate_work_at` where so many coordinates stay open to the root, in a block behind that.
 
     Args:
         entries: pairs of a body and one of them that acts on it.
     """
+    first, own, any_work_at = first_of(lean), coordinate_of(lean), coordinate_work_at_of(lean)
 
     @wp.func
     def followed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
-        w = coordinate_work_at(memory, n, slots)
-        block = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        w = any_work_at(memory, n, slots)
+        block = (first + SECOND + own) * n + SLOT_FLOATS * slots + OTHER_FLOATS
         w.followed_moment = vectors_at(memory, block, FOLLOWED, entries)
         w.followed_force = vectors_at(memory, block + 3, FOLLOWED, entries)
         w.followed_along = vectors_at(memory, block + 6, FOLLOWED, entries)
@@ -291,14 +325,14 @@ def followed_work_at_of(followed: int, entries: int) -> Any:
 
 
 @cache
-def pushed_work_at_of(followed: int, entries: int, pushes: int) -> Any:
+def pushed_work_at_of(followed: int, entries: int, pushes: int, lean: bool = False) -> Any:
     """The same where so many of these are rows of constraints, which have a block behind that."""
-    followed_work_at = followed_work_at_of(followed, entries)
+    first, own, followed_work_at = first_of(lean), coordinate_of(lean), followed_work_at_of(followed, entries, lean)
 
     @wp.func
     def pushed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         w = followed_work_at(memory, n, slots)
-        before = (FIRST + SECOND + COORDINATE) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        before = (first + SECOND + own) * n + SLOT_FLOATS * slots + OTHER_FLOATS
         last = before + FOLLOWED * entries + followed * (followed + 1)
         w.push_force = vectors_at(memory, last, PUSH, pushes)
         w.push_moment = vectors_at(memory, last + 3, PUSH, pushes)
@@ -330,17 +364,49 @@ return part;
 def floats_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[float]: ...
 
 
+@wp.func_native(
+    snippet="""
+wp::array_t<wp::mat33> part(
+    reinterpret_cast<wp::mat33*>(reinterpret_cast<wp::float32*>(buffer) + 3 * size_t(first) * instances) + instance,
+    entries);
+part.strides[0] = 36 * instances;
+return part;
+"""
+)
+def matrices_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[wp.mat33]: ...
+
+
 @func
-def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, entries: int):
+def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, entries: int, first: int):
     """Views of what so many entries of `followed.py` leave, side by side for neighbouring instances of a GPU's buffer.
 
     Only a few lanes read it, one body after the other; other numbers make more of the shared memory.
+
+    Args:
+        first: vectors that come before.
     """
-    w.followed_moment = vectors_apart(buffer, 0, entries, instance, instances)
-    w.followed_force = vectors_apart(buffer, entries, entries, instance, instances)
-    w.followed_along = vectors_apart(buffer, 2 * entries, entries, instance, instances)
-    w.followed_response = vectors_apart(buffer, 3 * entries, entries, instance, instances)
-    w.followed_bias = floats_apart(buffer, 12 * entries, entries, instance, instances)
+    w.followed_moment = vectors_apart(buffer, first, entries, instance, instances)
+    w.followed_force = vectors_apart(buffer, first + entries, entries, instance, instances)
+    w.followed_along = vectors_apart(buffer, first + 2 * entries, entries, instance, instances)
+    w.followed_response = vectors_apart(buffer, first + 3 * entries, entries, instance, instances)
+    w.followed_bias = floats_apart(buffer, 3 * first + 12 * entries, entries, instance, instances)
+
+
+@func
+def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, n: int):
+    """Views of what is read least of n bodies, likewise: more instances fit a multiprocessor then.
+
+    Paths of muscles read nothing of it, and passes over the tree once for each body. Nothing takes another's place.
+    """
+    w.coordinate_turning = vectors_apart(buffer, 0, n, instance, instances)
+    w.coordinate_moving = vectors_apart(buffer, n, n, instance, instances)
+    w.coordinate_drift = vectors_apart(buffer, 2 * n, n, instance, instances)
+    w.coordinate_state = vectors_apart(buffer, 3 * n, n, instance, instances)
+    w.velocity = vectors_apart(buffer, 4 * n, n, instance, instances)
+    w.lag_angular = vectors_apart(buffer, 5 * n, n, instance, instances)
+    w.lag_velocity = vectors_apart(buffer, 6 * n, n, instance, instances)
+    w.bias_force = vectors_apart(buffer, 7 * n, n, instance, instances)
+    w.factor_a = matrices_apart(buffer, 8 * n, n, instance, instances)
 
 
 @func
