@@ -57,7 +57,7 @@ class StageTimes:
         """Args: noise: of the starting velocities, m/s."""
         self.rollout, self.noise = rollout, noise
         fused = rollout._launcher.kernel()
-        self.config, self.plain = fused.config, fused.kernel
+        self.fused, self.config, self.plain = fused, fused.config, fused.kernel
         floats = self.config.work_floats // 2 * 2
         on_gpu = self.config.buffer_floats(rollout.instances) if self.config.kind.skeleton.apart else 0
         on_gpu += on_gpu % 2
@@ -80,18 +80,42 @@ class StageTimes:
         rollout.reset(self.noise, seed=1)
         self.buffer.zero_()
         inputs = [
-            steps, self.running, rollout.model, rollout.state, Record(), wp.uint64(self.buffer.ptr),
-            rollout._extensions.struct,
+            1 if config.paths_apart else steps, self.running, rollout.model, rollout.state, Record(),
+            wp.uint64(self.buffer.ptr), rollout._extensions.struct,
         ]  # fmt: skip
+        dim, device = (config.rows(rollout.instances), config.lanes), rollout.device
+        own = wp.launch(kernel, dim, inputs, device=device, block_dim=config.block_dim, record_cmd=True)
+        before = self.before()
         wp.synchronize()
         begin = time.perf_counter()
-        dim = (config.rows(rollout.instances), config.lanes)
-        wp.launch(kernel, dim=dim, inputs=inputs, device=rollout.device, block_dim=config.block_dim)
+        for _ in range(steps if before else 1):
+            for command in (*before, own):
+                command.launch()
         wp.synchronize()
         return time.perf_counter() - begin
 
+    def before(self) -> list[wp.Launch]:
+        """What finds paths before a step, if they have kernels of their own."""
+        model, state, extensions = self.rollout.model, self.rollout.state, self.rollout._extensions.struct
+        return self.fused.commands(1, self.running, self.buffer, model, state, Record(), extensions)[:-1]
+
+    def of_paths(self, steps: int) -> float:
+        """Time in which their own kernels find the paths of one step, microseconds; 0 if they have none."""
+        self.run(steps, self.plain)
+        before = self.before()
+        wp.synchronize()
+        begin = time.perf_counter()
+        for _ in range(steps):
+            for command in before:
+                command.launch()
+        wp.synchronize()
+        return 1e6 / steps * (time.perf_counter() - begin) if before else 0.0
+
     def split(self, steps: int, repeats: int) -> dict[str, float]:
-        """Time of a step of the whole batch, microseconds: in all, the fastest of `repeats` runs, and by stage."""
+        """Time of a step of the whole batch, microseconds: in all, the fastest of `repeats` runs, and by stage.
+
+        Paths that kernels of their own find are a stage besides, the first one.
+        """
         self.run(steps, self.plain)  # compiles and warms up
         whole = 1e6 / steps * min(self.run(steps, self.plain) for _ in range(repeats))
         self.run(steps, self.kernel)
@@ -100,4 +124,7 @@ class StageTimes:
             self.run(steps, self.kernel)
             runs.append(self.ticks)
         ticks = min(runs, key=np.sum)  # of the run that was disturbed least
-        return {"all": whole} | dict(zip(STAGES, (whole * ticks / ticks.sum()).tolist(), strict=True))
+        paths = min(self.of_paths(steps) for _ in range(repeats))
+        own = (whole - paths) * ticks / ticks.sum()
+        apart = {"paths": paths} if self.config.paths_apart else {}
+        return {"all": whole, **apart} | dict(zip(STAGES, own.tolist(), strict=True))

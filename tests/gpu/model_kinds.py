@@ -23,8 +23,12 @@ from warpmuscle.scene.muscles.curves import MujocoCurves
 X_AND_Z = [(1.0, 0.0, 0.0), (0.0, 0.0, 1.0)]
 
 
-def wrapped(wrapping: str) -> Scene:
-    """A leg whose muscles go round a cylinder and a sphere, an ellipsoid, and a cylinder with a side and a torus."""
+def wrapped(wrapping: str, more: bool = False) -> Scene:
+    """A leg whose muscles go round a cylinder and a sphere, an ellipsoid, and a cylinder with a side and a torus.
+
+    Args:
+        more: whether one goes round a third surface: then a GPU finds paths by a kernel of their own.
+    """
     scene = leg()
     character = scene.character
     character.wrapping = wrapping
@@ -36,6 +40,8 @@ def wrapped(wrapping: str) -> Scene:
         "ring": TorusSurface("shank", (0.0, 0.16, 0.05), 0.01, 0.03, (1.5, 0.0, 0.0)),
     }
     character.muscles["both"].wraps = [Wrap("knee"), Wrap("ball", 1, 2)]
+    if more:
+        character.muscles["both"].wraps.append(Wrap("shin"))
     character.muscles["hip"].wraps = [Wrap("head")]
     character.muscles["knee"].wraps = [Wrap("shin"), Wrap("ring")]
     for muscle in character.muscles.values():
@@ -73,6 +79,7 @@ def looped() -> Scene:
 
 MODEL_KINDS: dict[str, Callable[[Path], Scene]] = {
     "wrapped": lambda _: wrapped("smooth"),
+    "wrapped thrice": lambda _: wrapped("smooth", more=True),
     "wrapped as OpenSim": lambda _: wrapped("opensim"),
     "as in MuJoCo": lambda _: pulled_as_in_mujoco(),
     "looped": lambda _: looped(),

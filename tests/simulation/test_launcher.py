@@ -159,6 +159,10 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     loops = wraps.compiling(skeleton=wraps.kind.skeleton._replace(constraints=3, entries=12))
     closed = large_blocks(loops, structure, None, 4, 65536, 132)
     assert (closed.lanes, closed.block_dim) == (8, 256)  # and more, where constraints push, too
+    rounds = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=3))))
+    apart = large_blocks(rounds, structure, None, 4, 65536, 132)
+    assert (apart.lanes, apart.block_dim, apart.paths_apart) == (12, 384, True)  # paths have a kernel of their own
+    assert not any(config.paths_apart for config in (usual, many, around, closed))
     larger = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
     around_few = larger.compiling(

@@ -195,6 +195,20 @@ class SharingState:
 
 
 @wp.struct
+class PathsApart:
+    """What passes between a step and the kernel that finds its paths; no instances where the step finds them itself."""
+
+    rotation: wp.array2d[wp.mat33]  # (instances, bodies), as all but the last in the working set; see `Scratch`
+    position: wp.array2d[wp.vec3]
+    angular_velocity: wp.array2d[wp.vec3]
+    lag_angular: wp.array2d[wp.vec3]
+    joint_velocity: wp.array2d[wp.vec3]
+    coordinate_turning: wp.array2d[wp.vec3]
+    coordinate_moving: wp.array2d[wp.vec3]
+    stretch: wp.array2d[wp.vec2]  # (instances, muscles) m, m/s, `moving` and `speed` of a `path.PathState`
+
+
+@wp.struct
 class MuscleState:
     """What changes of the muscles, of all instances."""
 
@@ -207,6 +221,7 @@ class MuscleState:
     force: wp.array2d[float]  # (instances, muscles) N
     moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; while torques are shared out, scaled
     sharing: SharingState
+    apart: PathsApart
     # Of reflexes, and of other controllers that excite muscles; no instances where there are none:
     sensed: wp.array2d[wp.vec3]  # (instances, muscles) length over l_opt, its rate 1/s, force over f_max
     reflex: wp.array2d[float]  # (instances, muscles) excitation by reflexes

@@ -10,8 +10,9 @@ from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import (
-    LEAN_VECTORS,
+    FOLLOWED,
     apart_at,
+    apart_floats,
     lean_at,
     monomials_at,
     monomials_before_contacts,
@@ -20,6 +21,7 @@ from warpmuscle.kernels.memory.scratch import (
     work_memory,
 )
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
+from warpmuscle.kernels.path_kernels import know_model, places_for_paths_of
 from warpmuscle.kernels.recording.record import frame_of
 from warpmuscle.kernels.step_parts import BEGIN as BEGIN
 from warpmuscle.kernels.step_parts import FAILURE, StepKind, account_of, drive_of, end_of, move_of, no_mark, place_of
@@ -37,9 +39,6 @@ from warpmuscle.kernels.structs import (
     nonnegative,
     recomputed,
 )
-
-OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
-know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
 
 MAX_REGISTERS = 168  # three warps of 32 lanes in each quarter of a multiprocessor
 REGISTERS = 64 * 1024  # of a multiprocessor
@@ -92,7 +91,7 @@ def module_options(block_dim: int) -> dict[str, Any]:
 
 def registers_of(muscles: MuscleKind | None) -> int:
     """Registers that a lane may have at most, where muscles are of a kind."""
-    if muscles is None or muscles.paths.routes is None or muscles.paths.wraps:
+    if muscles is None or muscles.paths.routes is None or muscles.wraps:
         return MAX_REGISTERS
     return FEWER_REGISTERS
 
@@ -104,7 +103,7 @@ def blocks_of(threads: int, floats: int, muscles: MuscleKind | None = None) -> i
         floats: numbers of the working sets of a block. muscles: their kind.
     """
     block = 4 * floats + SHARED_BY_SYSTEM + 4 * threads
-    wraps, in_scratch = muscles is not None and muscles.paths.wraps, muscles is None or muscles.pulls_in_scratch
+    wraps, in_scratch = muscles is not None and muscles.wraps, muscles is None or muscles.pulls_in_scratch
     memory = SHARED_MEMORY if in_scratch or block > SHARED_BESIDE_CACHE else SHARED_BESIDE_CACHE
     return int(min(memory // block, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
 
@@ -112,6 +111,19 @@ def blocks_of(threads: int, floats: int, muscles: MuscleKind | None = None) -> i
 def block_registers(threads: int, floats: int, muscles: MuscleKind | None = None) -> int:
     """Registers of a lane with which as many blocks fit a multiprocessor as `blocks_of` says."""
     return int(min(REGISTERS // (blocks_of(threads, floats, muscles) * threads) // 8 * 8, 255))
+
+
+def monomial_views(monomials: int, own_slots: bool) -> tuple[Any, Any]:
+    """The Warp functions of where monomials are, before contacts and behind all else; None for where they are not."""
+    return (
+        monomials_before_contacts if monomials > 0 and own_slots else None,
+        monomials_at if monomials > 0 and not own_slots else None,
+    )
+
+
+def step_of(kind: StepKind, mark: Any, places: bool) -> Any:
+    """The Warp function of a step, or of the places that paths need to know, see `step_kernel`."""
+    return places_for_paths_of(kind) if places else one_step_of(kind, mark)
 
 
 @cache
@@ -123,6 +135,7 @@ def step_kernel(
     slots: int | None = None,
     together: int | None = None,
     mark: Any = no_mark,
+    places: bool = False,
 ) -> Any:
     """The fused kernel of a size class: launch with dim=(running instances, lanes) and this block_dim.
 
@@ -134,31 +147,30 @@ def step_kernel(
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
         together: instances that share a block of several warps; None for as many as it has seats.
-        mark: see `one_step_of`.
+        mark: see `one_step_of`. places: whether it leaves what paths need to know, in place of steps.
     """
     several, seats = block_dim > WARP, max(block_dim // lanes, 1)
     instances_per_block = together or seats
     kind = kind._replace(several_warps=several, lanes_in_warp=WARP // seats if several else 0)
-    muscles, skeleton = kind.muscles, kind.skeleton
-    one_step, extensions_struct = Postponed("one_step", partial(one_step_of, kind, mark)), kind.extensions
+    muscles, skeleton, monomials, long_paths = kind.muscles, kind.skeleton, kind.monomials, kind.long_paths
+    one_step = Postponed("one_step", partial(step_of, kind, mark, places))
+    extensions_struct, apart = kind.extensions, kind.paths_apart
     touching = any(force.touch for force in kind.forces)
-    monomials, long_paths = kind.monomials, kind.long_paths
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
         skeleton.near_entries, skeleton.lean,
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
-    before, behind = monomials > 0 and own_slots, monomials > 0 and not own_slots
-    monomials_apart = monomials_before_contacts if before else None
-    monomials_behind = monomials_at if behind else None
+    monomials_apart, monomials_behind = monomial_views(monomials, own_slots)
+    before, behind = monomials_apart is not None, monomials_behind is not None
     keep_apart, keep_lean = apart_at if skeleton.apart else None, lean_at if skeleton.lean else None
-    vectors = LEAN_VECTORS * capacity if skeleton.lean else 0
+    entries, size = skeleton.entries, apart_floats(skeleton.entries, capacity, skeleton.lean)
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
-        capacity, lanes, block_dim, kind, slots, together, mark,
+        capacity, lanes, block_dim, kind, slots, together, mark, places,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
@@ -188,6 +200,9 @@ def step_kernel(
         know_state(changing)
         lane = nonnegative(number)
         instance = nonnegative(running[i])
+        if wp.static(apart):  # noqa: SIM102, as above
+            if state.status[instance] != RUNNING:
+                return
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(before):
@@ -200,9 +215,9 @@ def step_kernel(
         if wp.static(not several):  # a thread of a CPU has its working set in the same memory, before
             far = buffer + wp.static(wp.uint64(4 * floats))
         if wp.static(skeleton.apart):
-            keep_apart(work, far, instance, state.step.shape[0], wp.static(skeleton.entries), vectors)
+            keep_apart(work, far, instance, entries, size)
         if wp.static(skeleton.lean):
-            keep_lean(work, far, instance, state.step.shape[0], capacity)
+            keep_lean(work, far, instance, capacity, wp.static(FOLLOWED * entries), size)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

@@ -92,6 +92,11 @@ class StepKind(NamedTuple):
         return self.muscles is not None and self.muscles.long_paths
 
     @property
+    def paths_apart(self) -> bool:
+        """Whether a kernel of their own finds muscles' paths before each step."""
+        return self.muscles is not None and self.muscles.apart
+
+    @property
     def extensions(self) -> Any:
         """Structure of the parameters and states of the controller and of all kinds of forces."""
         return extensions_of(self.controller, self.forces)

@@ -51,6 +51,7 @@ from warpmuscle.kernels.muscle_structs import MuscleRow as MuscleRow
 from warpmuscle.kernels.muscle_structs import Muscles as Muscles
 from warpmuscle.kernels.muscle_structs import MuscleState as MuscleState
 from warpmuscle.kernels.muscle_structs import Paths as Paths
+from warpmuscle.kernels.muscle_structs import PathsApart as PathsApart
 from warpmuscle.kernels.muscle_structs import PathSpan as PathSpan
 from warpmuscle.kernels.muscle_structs import Pulley as Pulley
 from warpmuscle.kernels.muscle_structs import Segment as Segment

@@ -287,7 +287,7 @@ def _rest(own: Actuation) -> Floats:
 
 def muscle_state(
     instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False,
-    sharing_bodies: int = 0,
+    sharing_bodies: int = 0, apart_bodies: int = 0,
 ) -> structs.MuscleState:  # fmt: skip
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
 
@@ -295,6 +295,7 @@ def muscle_state(
         zeros: makes an array of a shape and dtype.
         excited: whether a controller excites muscles, and so wants to know what they feel.
         sharing_bodies: of the character, where torques are shared out among muscles; else 0.
+        apart_bodies: the same where a kernel of its own finds paths.
     """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
@@ -306,6 +307,13 @@ def muscle_state(
     s.sharing.muscle = zeros(sharing, shape[1], dtype=structs.SharedMuscle)
     s.sharing.share = zeros(sharing, shape[1])
     s.sharing.price = zeros(sharing, sharing_bodies, dtype=wp.vec3)
+    apart = instances if apart_bodies else 0
+    s.apart.rotation = zeros(apart, apart_bodies, dtype=wp.mat33)
+    for name in (
+        "position", "angular_velocity", "lag_angular", "joint_velocity", "coordinate_turning", "coordinate_moving"
+    ):  # fmt: skip
+        setattr(s.apart, name, zeros(apart, apart_bodies, dtype=wp.vec3))
+    s.apart.stretch = zeros(apart, shape[1], dtype=wp.vec2)
     feeling = instances if excited else 0
     s.sensed = zeros(feeling, shape[1], dtype=wp.vec3)
     s.reflex = zeros(feeling, shape[1])

@@ -18,12 +18,13 @@ from warpmuscle.scene.parameters import greatest
 
 
 def state_struct(
-    scene: Scene, structure: Structure, instances: int, device: Any, side_by_side: bool = False
+    scene: Scene, structure: Structure, instances: int, device: Any, side_by_side: bool = False, apart: bool = False
 ) -> structs.State:
     """The state of so many instances of a scene, all zero (see `kernels.structs.State`).
 
     Args:
         scene: checked scene, whose numbers may be free. side_by_side: see `core.arrays.instance_zeros`.
+        apart: whether a kernel of its own finds paths of muscles.
     """
 
     def zeros(*shape: int, dtype: Any = float) -> wp.array:
@@ -54,7 +55,10 @@ def state_struct(
     s.part_memory = zeros(n if rows else 0, rows, floats)
     capacity, excited = _ring_capacity(scene, actuation), structure.controller.excites
     sharing_bodies = len(names.bodies) if shared_joints(scene, names, actuation) > 0 else 0
-    s.muscles = muscle_state(n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies)
+    s.muscles = muscle_state(
+        n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies,
+        len(names.bodies) if apart else 0,
+    )  # fmt: skip
     return s
 
 

@@ -24,7 +24,8 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.scratch import FOLLOWED, LEAN_VECTORS, work_floats
+from warpmuscle.kernels.memory.scratch import SIDE, apart_floats, work_floats
+from warpmuscle.kernels.path_kernels import PATH_BLOCK, paths_kernel
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
     MAX_REGISTERS,
@@ -85,9 +86,13 @@ class KernelConfig(NamedTuple):
         """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
         skeleton = self.kind.skeleton
         if skeleton.apart:
-            lean = 3 * LEAN_VECTORS * self.capacity if skeleton.lean else 0
-            return int((FOLLOWED * skeleton.entries + lean) * instances)
+            return int(apart_floats(skeleton.entries, self.capacity, skeleton.lean) * (-(-instances // SIDE) * SIDE))
         return self.work_floats
+
+    @property
+    def paths_apart(self) -> bool:
+        """Whether a kernel of their own finds paths of muscles before each step."""
+        return bool(self.kind.paths_apart)
 
     @property
     def several_warps(self) -> bool:
@@ -153,13 +158,23 @@ class FusedKernel:
         """Prepare to launch so many instances; raises RolloutError for functions of users that are no Warp code."""
         with one_line_errors(), _making:
             self.kernel = step_kernel(*config)
+            self._before = self._kernels_before(config)
         self.config, self.device, self._threads = config, device, threads
         buffers = threads if device.is_cpu else 1
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
-        rows = instances if config.kind.skeleton.apart else 1  # an array has fewer than 2^31 numbers a dimension
+        # An array has fewer than 2^31 numbers a dimension.
+        rows = -(-instances // SIDE) * SIDE if config.kind.skeleton.apart else 1
         shape = config.buffer_floats(instances) // rows, rows
         self._buffers = [wp.zeros(shape, dtype=float, device=device) for _ in range(buffers)]
+
+    @staticmethod
+    def _kernels_before(config: KernelConfig) -> list[tuple[Any, int]]:
+        """Kernels that are launched before each step, with their threads a block: those that find paths, if any do."""
+        if not config.paths_apart:
+            return []
+        paths, threads = paths_kernel(config.kind.muscles, config.several_warps), config.several_warps and PATH_BLOCK
+        return [(step_kernel(*config, places=True), config.block_dim), (paths, threads or 1)]
 
     def load(self) -> None:
         """Have the kernel ready on the device, compiled now unless Warp has it in its cache.
@@ -170,7 +185,8 @@ class FusedKernel:
         if not self._loaded:
             key = (self.config, str(self.device))
             with one_line_errors(), _loading.setdefault(key, Lock()), self._compiling():
-                self.kernel.module.load(self.device, self.config.block_dim)
+                for kernel, block_dim in (*self._before, (self.kernel, self.config.block_dim)):
+                    kernel.module.load(self.device, block_dim)
             self._loaded = True
             _loaded.add(key)
 
@@ -184,7 +200,8 @@ class FusedKernel:
     @property
     def compiles(self) -> bool:
         """Whether the kernel is yet to be compiled, for some seconds, when it is run."""
-        return not is_compiled(self.kernel, self.device, self.config.block_dim)
+        own = (*self._before, (self.kernel, self.config.block_dim))
+        return not all(is_compiled(kernel, self.device, block_dim) for kernel, block_dim in own)
 
     def launch(
         self,
@@ -196,26 +213,71 @@ class FusedKernel:
         extension: Any,
     ) -> None:
         """Make so many steps of the instances that run."""
+        self.load()  # before threads, which must not meet in the compiler
+        slices = self._slices_of(running)
 
-        def slice_(steps: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
+        def at_once(count: int, part: wp.array, buffer: wp.array, stream: wp.Stream | None = None) -> None:
             wp.launch(
                 self.kernel,
                 dim=(self.config.rows(len(part)), self.config.lanes),
-                inputs=[steps, part, model, state, record, wp.uint64(buffer.ptr), extension],
+                inputs=[count, part, model, state, record, wp.uint64(buffer.ptr), extension],
                 device=self.device,
                 stream=stream,
                 block_dim=self.config.block_dim,
             )
 
-        self.load()  # before threads, which must not meet in the compiler
-        slices = self._slices_of(running)
-        if len(slices) == 1:
-            slice_(steps, slices[0], self._buffers[0])
-        elif self.device.is_cpu:
+        def each(count: int, part: wp.array, buffer: wp.array) -> None:
+            own = self.commands(1, part, buffer, model, state, record, extension)
+            for _ in range(count):
+                for command in own:
+                    command.launch()
+
+        slice_ = each if self._before else at_once
+        if self.device.is_cpu and len(slices) > 1:
             self._on_threads(lambda part, buffer: slice_(steps, part, buffer), slices)
+        elif self.device.is_cpu:
+            slice_(steps, slices[0], self._buffers[0])
+        elif self._before:
+            make = [self.commands(1, part, self._buffers[0], model, state, record, extension) for part in slices]
+            self._in_turn(steps, make)
+        elif len(slices) == 1:
+            at_once(steps, slices[0], self._buffers[0])
         else:
             pieces = piece_lengths(steps, self._waves(len(running)))
-            self._on_streams(lambda piece, part, stream: slice_(piece, part, self._buffers[0], stream), pieces, slices)
+            self._on_streams(lambda piece, part, stream: at_once(piece, part, self._buffers[0], stream), pieces, slices)
+
+    def _in_turn(self, steps: int, slices: list[list[wp.Launch]]) -> None:
+        """Launch so many steps of every slice, several kernels each; later work waits for all."""
+        now, streams = self.device.stream, self._streams[: len(slices)]
+        for stream in streams:
+            stream.wait_stream(now)
+        for _ in range(steps):
+            for own, stream in zip(slices, streams, strict=True):
+                for command in own:
+                    command.launch(stream)
+        for stream in streams:
+            now.wait_stream(stream)
+
+    def commands(
+        self, steps: int, part: wp.array, buffer: wp.array, model: structs.Model, state: structs.State,
+        record: structs.Record, extension: Any,
+    ) -> list[wp.Launch]:  # fmt: skip
+        """What makes so many steps of some instances; where a kernel of their own finds paths, one."""
+        rows = (self.config.rows(len(part)), self.config.lanes)
+        step = [steps, part, model, state, record, wp.uint64(buffer.ptr), extension]
+        given = [(self.kernel, rows, step, self.config.block_dim)]
+        if self._before:
+            (places, _), (paths, threads) = self._before
+            threads_of_paths = (model.muscles.count, -(-len(part) // WARP) * WARP)
+            given = [
+                (places, rows, step, self.config.block_dim),
+                (paths, threads_of_paths, [part, model, state], threads),
+                *given,
+            ]
+        return [
+            wp.launch(kernel, dim, inputs, device=self.device, block_dim=block_dim, record_cmd=True)
+            for kernel, dim, inputs, block_dim in given
+        ]
 
     def _on_threads(self, run: Callable[[wp.array, wp.array], None], slices: list[wp.array]) -> None:
         """Run every slice, each with another buffer."""

@@ -30,6 +30,8 @@ LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have n
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
 LARGE_BLOCK_OF_LOOPS = 256  # ... and with them what constraints leave to the root
+LARGE_BLOCK_APART = 384  # ... where a kernel of their own finds paths
+PATHS_APART = True  # whether a kernel of their own finds paths that take long
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
 _sought: set[tuple[Any, str]] = set()  # kernels on devices that were looked for in Warp's cache
@@ -145,6 +147,8 @@ def large_blocks(
         raise RolloutError(f"lanes must be one of 1, 2, 4, 8, 16, 32, not {lanes}")
     assert config.kind.muscles is not None
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
+    if PATHS_APART and config.kind.muscles.may_be_apart:
+        config = config.compiling(muscles=config.kind.muscles._replace(apart=True))
     usual = []  # ways to share out memory, what takes least of it last
     skeleton, polynomials = config.kind.skeleton, config.kind.muscles.paths.monomials > 0
     ways = [(False, False), (True, False), (True, True)] if skeleton.open > 0 else [(False, False)]
@@ -172,16 +176,18 @@ def in_blocks(
         lanes: None for as many as a block has room for. slots, in_scratch: see `with_room`.
     """
     assert config.kind.muscles is not None
-    threads = LARGE_BLOCK
-    if config.kind.muscles.paths.wraps:
+    wraps, threads = config.kind.muscles.wraps, LARGE_BLOCK
+    if wraps:
         threads = LARGE_BLOCK_OF_LOOPS if config.kind.skeleton.constraints > 0 else LARGE_BLOCK_OF_WRAPS
-    for sizes in LEAN_SIDE_BY_SIDE if config.kind.skeleton.lean else (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
+    elif config.kind.muscles.apart:
+        threads = LARGE_BLOCK_APART
+    wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.lean
+    for sizes in LEAN_SIDE_BY_SIDE if lean else (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
             seats = 1 << (together - 1).bit_length()
-            few = seats < SIDE_BY_SIDE[-1] or (config.kind.skeleton.lean and seats == SIDE_BY_SIDE[-1])
-            most = LANES_OF_FEW if few and config.kind.muscles.paths.wraps else WARP
-            own = min(threads // seats, most) if lanes is None else lanes
+            few = seats < SIDE_BY_SIDE[-1] or (lean and seats == SIDE_BY_SIDE[-1])
+            own = min(threads // seats, LANES_OF_FEW if few and wide else WARP) if lanes is None else lanes
             large = config._replace(lanes=own, block_dim=max(own * seats, 2 * WARP))
             large = large._replace(together=together if together < seats else None)
             found.append(with_room(large, structure, slots, in_scratch))

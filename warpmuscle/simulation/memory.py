@@ -41,12 +41,12 @@ def struct_bytes(*structs: Any) -> int:
     return sum(array.capacity for struct in structs for array in arrays_of(struct))
 
 
-def instance_bytes(scene: Scene, structure: Structure) -> InstanceBytes:
-    """Bytes that a further instance of a scene takes."""
+def instance_bytes(scene: Scene, structure: Structure, apart: bool = False) -> InstanceBytes:
+    """Bytes that a further instance of a scene takes; `apart`: where a kernel of its own finds paths of muscles."""
     start = start_values(scene)
 
     def states(count: int) -> tuple[Any, ...]:
-        return state_struct(scene, structure, count, "cpu"), Extensions(structure, count, "cpu").struct
+        return state_struct(scene, structure, count, "cpu", apart=apart), Extensions(structure, count, "cpu").struct
 
     def models(count: int) -> tuple[Any, ...]:
         numeric, extensions = substitute(scene, np.tile(start, (count, 1))), Extensions(structure, 0, "cpu")

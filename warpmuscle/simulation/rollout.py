@@ -156,11 +156,14 @@ class Rollout(RolloutSettings):
             kind = kind._replace(custom=recorded_functions(structure.parts, scene.character))
         config = kernel_config(scene, structure, self.instances, self.device, lanes, kind)
         self.steps, self.lanes, self.block_dim = round(scene.duration / scene.time_step), config.lanes, config.block_dim
+        self._paths_apart = config.paths_apart
         if self.instances > memory.FEW:
             memory.check_memory(self.instances, self.instance_bytes.state, self.device)
         self.side_by_side = config.several_warps
         self._room = 0 if self.device.is_cpu else config.resident(self.device.sm_count)  # for instances at once
-        self.state = state_struct(scene, structure, self.instances, self.device, self.side_by_side)
+        self.state = state_struct(
+            scene, structure, self.instances, self.device, self.side_by_side, self._paths_apart
+        )  # fmt: skip
         self._extensions = Extensions(structure, self.instances, self.device)
         self._batch = BatchState(self.state, self._extensions, self.steps)
         every = frame_steps(scene, record_rate)

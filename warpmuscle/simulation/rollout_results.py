@@ -33,6 +33,7 @@ class RolloutResults(Batch):
 
     structure: Structure
     numeric: Scene
+    _paths_apart: bool  # whether a kernel of their own finds paths of muscles
     _few: Scene  # the same with a row for several instances that have equal numbers
     state: structs.State
     model: structs.Model
@@ -45,7 +46,7 @@ class RolloutResults(Batch):
     @cached_property
     def instance_bytes(self) -> InstanceBytes:
         """Bytes of device memory per additional instance."""
-        return instance_bytes(self.scene, self.structure)
+        return instance_bytes(self.scene, self.structure, self._paths_apart)
 
     @property
     def held_bytes(self) -> int:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.memory.register_rows import rows_in, rows_of
 
 COUNT = 3
 ROWS = rows_of(COUNT)
@@ -41,3 +41,40 @@ def test_one_row_is_read_or_changed_and_no_other(k: int):
     np.testing.assert_array_equal(m.numpy()[2], before + chosen[:, None] * value)
     np.testing.assert_array_equal(v.numpy()[1], np.where(chosen, 7, [4, 5, 6]))
     np.testing.assert_array_equal(x.numpy()[1], np.where(chosen, 0.5, [1.5, 2.5, 3.5]))
+
+
+@wp.struct
+class Several:
+    places: matrix
+    lengths: lengths
+
+
+PLACES, LOOKED_AT, LENGTHS = (
+    rows_in(Several, name, COUNT, few) for name, few in (("places", 1), ("places", 4), ("lengths", 1))
+)
+
+
+@wp.kernel(enable_backward=False)
+def change_in_place(k: int, value: wp.vec3, found: wp.array[Several], read: wp.array[wp.vec3]):
+    one = found[0]
+    read[0] = wp.static(PLACES.get)(one, k)
+    read[1] = wp.static(LOOKED_AT.get)(one, k)
+    read[2] = wp.vec3(wp.static(LENGTHS.get)(one, k), 0.0, 0.0)
+    wp.static(PLACES.put)(one, k, value)
+    wp.static(LOOKED_AT.add)(one, k, value)
+    wp.static(LENGTHS.put)(one, k, 0.5)
+    found[1] = one
+
+
+@pytest.mark.parametrize("k", range(COUNT))
+def test_rows_of_a_field_are_read_and_changed_in_place(k: int):
+    before, value = np.arange(9.0).reshape(3, 3), np.array([10.0, 20.0, 30.0])
+    found = wp.zeros(2, dtype=Several, device="cpu")
+    table = found.numpy()
+    table["places"][0], table["lengths"][0] = before, [1.5, 2.5, 3.5]
+    found, read = wp.array(table, dtype=Several, device="cpu"), wp.zeros(3, dtype=wp.vec3, device="cpu")
+    wp.launch(change_in_place, 1, [k, wp.vec3(*value), found, read], device="cpu")
+    np.testing.assert_array_equal(read.numpy(), [before[k], before[k], [1.5 + k, 0.0, 0.0]])
+    chosen = np.arange(3) == k
+    np.testing.assert_array_equal(found.numpy()["places"][1], np.where(chosen[:, None], 2.0 * value, before))
+    np.testing.assert_array_equal(found.numpy()["lengths"][1], np.where(chosen, 0.5, [1.5, 2.5, 3.5]))

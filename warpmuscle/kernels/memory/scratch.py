@@ -23,7 +23,8 @@ FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
 LEAN_FIRST = 32  # floats a body in the first block where the last ones are in main memory, see `lean_at` ...
-LEAN_VECTORS = 11  # ... which take as many vectors of it there, with those of `COORDINATE`
+LEAN = 33  # ... which take as many of it there, with those of `COORDINATE`
+SIDE = 32  # instances whose numbers in main memory lie side by side
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -209,9 +210,10 @@ def work_at_of(lean: bool) -> Any:
         What belongs to a body lies together, so that one address leads to all of it, in two blocks of multiples of four
         numbers, which a lane fetches at once.
         What a step no longer needs gives its place to what it needs then: `LIVES` says from when to when that is.
-        In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes that
-        may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated inertia, and
-        accelerations. Where torques are shared out, prices and shares take the places of targets and contacts.
+        In the second block six groups live one after the other: motions of the joints, sums of the kinematics, shapes
+        that may collide, the controller's targets with joint velocities and the muscles' pulls, the articulated
+        inertia, and accelerations. Where torques are shared out, prices and shares take the places of targets and
+        contacts.
         The joint factors of the backward pass take the places of the velocities and their lags, of the same
         joint's torque and stiffness, and of the same body's orientation; the root, which keeps its own, has no joint.
         """
@@ -344,69 +346,67 @@ def pushed_work_at_of(followed: int, entries: int, pushes: int, lean: bool = Fal
     return pushed_work_at
 
 
-@wp.func_native(
-    snippet="""
-wp::array_t<wp::vec3> part(reinterpret_cast<wp::vec3*>(buffer) + (size_t(first) * instances + instance), entries);
-part.strides[0] = 12 * instances;
+def apart_of(dtype: Any, name: str, width: int) -> Any:
+    """A Warp function (buffer, first, count, instance, size) -> view of part of what an instance has in main memory.
+
+    That is `size` numbers, of which `first` come before. Those of SIDE neighbouring instances lie side by side; since
+    all but the instance is known as the kernel is compiled, one address leads to all views.
+    """
+    snippet = f"""
+const unsigned group = unsigned(instance) / {SIDE}u, place = unsigned(instance) % {SIDE}u;
+wp::array_t<{name}> part(
+    reinterpret_cast<{name}*>(
+        reinterpret_cast<wp::float32*>(buffer) + size_t(group) * ({SIDE} * size) + place * {width} + {SIDE} * first),
+    count);
+part.strides[0] = {4 * width * SIDE};
 return part;
 """
-)
-def vectors_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[wp.vec3]: ...
+
+    @wp.func_native(snippet=snippet)
+    def part(buffer: wp.uint64, first: int, count: int, instance: int, size: int) -> wp.array[dtype]: ...
+
+    return part
 
 
-@wp.func_native(
-    snippet="""
-wp::array_t<wp::float32> part(reinterpret_cast<wp::float32*>(buffer) + (size_t(first) * instances + instance), entries);
-part.strides[0] = 4 * instances;
-return part;
-"""
-)
-def floats_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[float]: ...
-
-
-@wp.func_native(
-    snippet="""
-wp::array_t<wp::mat33> part(
-    reinterpret_cast<wp::mat33*>(reinterpret_cast<wp::float32*>(buffer) + 3 * size_t(first) * instances) + instance,
-    entries);
-part.strides[0] = 36 * instances;
-return part;
-"""
-)
-def matrices_apart(buffer: wp.uint64, first: int, entries: int, instance: int, instances: int) -> wp.array[wp.mat33]: ...
+floats_apart = apart_of(float, "wp::float32", 1)
+vectors_apart = apart_of(wp.vec3, "wp::vec3", 3)
+matrices_apart = apart_of(wp.mat33, "wp::mat33", 9)
 
 
 @func
-def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, entries: int, first: int):
-    """Views of what so many entries of `followed.py` leave, side by side for neighbouring instances of a GPU's buffer.
+def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, entries: int, size: int):
+    """Views of what so many entries of `followed.py` leave in a GPU's main memory.
 
     Only a few lanes read it, one body after the other; other numbers make more of the shared memory.
 
     Args:
-        first: vectors that come before.
+        size: numbers of an instance there.
     """
-    w.followed_moment = vectors_apart(buffer, first, entries, instance, instances)
-    w.followed_force = vectors_apart(buffer, first + entries, entries, instance, instances)
-    w.followed_along = vectors_apart(buffer, first + 2 * entries, entries, instance, instances)
-    w.followed_response = vectors_apart(buffer, first + 3 * entries, entries, instance, instances)
-    w.followed_bias = floats_apart(buffer, 3 * first + 12 * entries, entries, instance, instances)
+    w.followed_moment = vectors_apart(buffer, 0, entries, instance, size)
+    w.followed_force = vectors_apart(buffer, 3 * entries, entries, instance, size)
+    w.followed_along = vectors_apart(buffer, 6 * entries, entries, instance, size)
+    w.followed_response = vectors_apart(buffer, 9 * entries, entries, instance, size)
+    w.followed_bias = floats_apart(buffer, 12 * entries, entries, instance, size)
 
 
 @func
-def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, instances: int, n: int):
+def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first: int, size: int):
     """Views of what is read least of n bodies, likewise: more instances fit a multiprocessor then.
 
     Paths of muscles read nothing of it, and passes over the tree once for each body. Nothing takes another's place.
+
+    Args:
+        first, size: numbers that come before, and of an instance there.
     """
-    w.coordinate_turning = vectors_apart(buffer, 0, n, instance, instances)
-    w.coordinate_moving = vectors_apart(buffer, n, n, instance, instances)
-    w.coordinate_drift = vectors_apart(buffer, 2 * n, n, instance, instances)
-    w.coordinate_state = vectors_apart(buffer, 3 * n, n, instance, instances)
-    w.velocity = vectors_apart(buffer, 4 * n, n, instance, instances)
-    w.lag_angular = vectors_apart(buffer, 5 * n, n, instance, instances)
-    w.lag_velocity = vectors_apart(buffer, 6 * n, n, instance, instances)
-    w.bias_force = vectors_apart(buffer, 7 * n, n, instance, instances)
-    w.factor_a = matrices_apart(buffer, 8 * n, n, instance, instances)
+    w.coordinate_turning = vectors_apart(buffer, first, n, instance, size)
+    w.coordinate_moving = vectors_apart(buffer, first + 3 * n, n, instance, size)
+    w.coordinate_drift = vectors_apart(buffer, first + 6 * n, n, instance, size)
+    w.coordinate_state = vectors_apart(buffer, first + 9 * n, n, instance, size)
+    w.velocity = vectors_apart(buffer, first + 12 * n, n, instance, size)
+    w.lag_angular = vectors_apart(buffer, first + 15 * n, n, instance, size)
+    w.lag_velocity = vectors_apart(buffer, first + 18 * n, n, instance, size)
+    w.bias_force = vectors_apart(buffer, first + 21 * n, n, instance, size)
+    w.factor_a = matrices_apart(buffer, first + 24 * n, n, instance, size)
 
 
 @func
@@ -419,6 +419,11 @@ def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
 def monomials_before_contacts(memory: wp.array[float], n: int, slots: int, count: int) -> wp.array[float]:
     """The same where feet have as many slots as `slots_for` says: the last in the places of contacts."""
     return floats_at(memory, (FIRST + SECOND) * n + SLOT_FLOATS * slots - count, 1, count)
+
+
+def apart_floats(entries: int, bodies: int, lean: bool) -> int:
+    """Numbers that an instance has in a GPU's main memory, see `apart_at` and `lean_at`."""
+    return FOLLOWED * entries + (LEAN * bodies if lean else 0)
 
 
 @cache

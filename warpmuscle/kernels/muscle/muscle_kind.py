@@ -48,11 +48,23 @@ class MuscleKind(NamedTuple):
     paths: PathKind = PathKind()
     delayed: bool = True  # some muscles hear their excitation late
     shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
+    apart: bool = False  # a kernel of their own finds paths before each step, see `path_kernels.py`
 
     @property
     def may_be_in_scratch(self) -> bool:
         """Whether nothing wants to know moment arms later: some laws do, of the step before, and damping."""
         return not self.law.past_arms and not self.implicit
+
+    @property
+    def may_be_apart(self) -> bool:
+        """Whether a step leaves its paths to a kernel of their own: they take long, and nothing comes before them."""
+        long = self.paths.routes is not None and self.paths.routes.in_rounds
+        return long and self.paths.monomials == 0 and self.shared == 0 and not self.law.past_arms
+
+    @property
+    def wraps(self) -> bool:
+        """Whether the step itself leads paths round surfaces."""
+        return self.paths.wraps and not self.apart
 
     @property
     def long_paths(self) -> bool:

@@ -33,7 +33,7 @@ from warpmuscle.kernels.muscle.sharing import Places, kept, places_of, rescale
 from warpmuscle.kernels.muscle.sharing_rules import activation_of
 from warpmuscle.kernels.objective.causes import ENTRY, GIVEN_EXCITATION, blame, cause_of
 from warpmuscle.kernels.objective.term_functions import MuscleWork
-from warpmuscle.kernels.path.path import PathState
+from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.stretch import any_stretch_of
 from warpmuscle.kernels.recording import recorded as recorded_as
 from warpmuscle.kernels.structs import (
@@ -99,6 +99,8 @@ def sense_of(kind: MuscleKind) -> Any:
         return sense_share_of(places_of(kind.pulls_in_scratch))
     if kind.law.past_arms:
         return sense_past_arms_of(kind)
+    if kind.apart:
+        return sense_known_path_of(kind)
     return sense_path_of(kind)
 
 
@@ -133,6 +135,26 @@ def sense_path_of(kind: MuscleKind) -> Any:
         muscle.stretch = stretch
         if wp.static(asked):
             muscle.desired = average_force(stretch.wanted)
+
+    return sense
+
+
+@cache
+def sense_known_path_of(kind: MuscleKind) -> Any:
+    """`sense` where a kernel of its own has found the path, see `path_kernels.py`."""
+    asked = not (kind.all_timed or kind.given)
+
+    @wp.func(inline=True)
+    def sense(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
+        known = state.muscles.apart.stretch[instance, m]
+        stretch = PathState()
+        stretch.fixed = at(model.paths.fixed_length, instance, m)
+        stretch.moving = known[0]
+        if wp.static(asked):
+            add_crossings(stretch, m, model, work, state.muscles.moment_arm[instance])
+            muscle.desired = average_force(stretch.wanted)
+        stretch.speed = known[1]
+        muscle.stretch = stretch
 
     return sense
 
@@ -235,7 +257,9 @@ def pull_of(kind: MuscleKind) -> Any:
         return pull_shared_of(places_of(kind.pulls_in_scratch), kind.pulls_in_scratch)
     if kind.straight:
         return pull_straight
-    return pull_in_scratch if kind.pulls_in_scratch else pull_by_state
+    if kind.pulls_in_scratch:
+        return pull_known if kind.apart else pull_in_scratch
+    return pull_by_state
 
 
 @func(inline=True)
@@ -260,6 +284,18 @@ def pull_in_scratch(instance: int, m: int, muscle: MuscleStepRef, model: ModelRe
         not_unrolled()
         crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
         work.pull[crossing] = work.pull[crossing] * force
+    state.muscles.force[instance, m] = force
+
+
+@func(inline=True)
+def pull_known(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
+    """Moment arms that are known by the state become torques in the working set."""
+    force = muscle.fibre.force
+    span = model.paths.span[m]
+    for k in range(span.first_crossing, span.end_crossing):
+        not_unrolled()
+        crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
+        work.pull[crossing] = state.muscles.moment_arm[instance, crossing] * force
     state.muscles.force[instance, m] = force
 
 

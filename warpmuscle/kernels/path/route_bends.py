@@ -19,6 +19,7 @@ WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the 
 NOWHERE = -1
 FAR = 1.0e30  # m, longer than any way
 ROUNDING = 1.0e-6  # m, by which detours may be wrong
+MANY_WRAPS = 3  # from which on the rounds of a route take long
 
 
 class RouteKind(NamedTuple):
@@ -46,6 +47,11 @@ class RouteKind(NamedTuple):
     def as_opensim(self) -> bool:
         """Whether arcs are all OpenSim's, see `wrap_cylinder.py`."""
         return not self.smooth and not self.exact
+
+    @property
+    def in_rounds(self) -> bool:
+        """Whether routes go round many surfaces, in rounds, which takes long."""
+        return self.wraps >= MANY_WRAPS and not self.mujoco
 
     @property
     def keeps(self) -> bool:
