@@ -66,3 +66,40 @@ def rows_of(count: int) -> Rows:
     def with_length(v: lengths, k: int, value: float) -> lengths: ...
 
     return Rows(row, with_row, with_sum, number, with_number, length, with_length)
+
+
+class RowsOf(NamedTuple):
+    """Warp functions on the rows of a field of a structure: of three numbers each, or of one."""
+
+    get: Any  # (structure, k) -> vec3 or float
+    put: Any  # (structure, k, value)
+    add: Any  # (structure, k, vec3)
+
+
+@cache
+def rows_in(struct: Any, field: str, count: int, few: int) -> RowsOf:
+    """The functions for a matrix of so many rows, or a vector, that is a field of a structure.
+
+    Of more rows than a few, they are found by their number in memory of the lane's own, in place: that needs a first
+    cache with room, and neither registers nor the instructions that look at all rows.
+    """
+    rows = wp.types.type_size(struct.vars[field].type) > count
+    one, axes = (wp.vec3, "for (int axis = 0; axis < 3; ++axis) ") if rows else (float, "")
+    at, own = (f"s.{field}.data[i][axis]", "[axis]") if rows else (f"s.{field}[i]", "")
+    take = "const int i = k; {each}" if count > few else TAKE
+
+    def snippet(each: str) -> str:
+        return take.format(count=count, each=f"{axes}{each}")
+
+    found = "wp::vec3 found;" if rows else "float found = 0.0f;"
+
+    @wp.func_native(snippet=f"{found} {snippet(f'found{own} = {at};')} return found;")
+    def get(s: wp.ref[struct], k: int) -> one: ...
+
+    @wp.func_native(snippet=snippet(f"{at} = value{own};"))
+    def put(s: wp.ref[struct], k: int, value: one): ...
+
+    @wp.func_native(snippet=snippet(f"{at} += value{own};"))
+    def add(s: wp.ref[struct], k: int, value: one): ...
+
+    return RowsOf(get, put, add)

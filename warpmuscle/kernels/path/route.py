@@ -18,10 +18,10 @@ from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bend import bend_of
-from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bends_of
+from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_rows_of, bends_of
 from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
 from warpmuscle.kernels.path.route_rows import lay_of
-from warpmuscle.kernels.path.route_walk import lever_arm_of, pulls_of, room_of, walk_of
+from warpmuscle.kernels.path.route_walk import lever_arm_of, pull_rows_of, pulls_of, room_of, walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
 
@@ -70,7 +70,9 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
     bends_struct, bend, remove, rows = bends_of(count), bend_of(kind), remove_of(count), rows_of(count)
     measure, pulls_struct = walk_of(kind, False, wrench=wrench), pulls_of(room_of(kind, wrench))
     placed_struct = placed_of(max(kind.places, 1))
-    row, with_row, number, with_number = rows.row, rows.with_row, rows.number, rows.with_number
+    number, bend_rows = rows.number, bend_rows_of(kind)
+    first_at, second_at = bend_rows.first.get, bend_rows.second.get
+    keep_first, keep_second = bend_rows.kept_first.put, bend_rows.kept_second.put
 
     @wp.func(inline=True)
     def settle(
@@ -91,18 +93,18 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
                 if (due >> w) & 1 == 1:
                     due = due - (1 << w)
                     stop = number(bends.after, w)
-                    first = row(bends.first, w)
-                    second = row(bends.second, w)
+                    first = first_at(bends, w)
+                    second = second_at(bends, w)
                     remove(w, wraps, bends)
                     result = bend(instance, w, span, bends, placed, model, work)
                     touches = number(bends.after, w) != NOWHERE
-                    stays = row(bends.first, w) == first and row(bends.second, w) == second
+                    stays = first_at(bends, w) == first and second_at(bends, w) == second
                     if number(bends.after, w) != stop or (touches and not stays):
                         due = due | neighbours(w, span, model.routes.wrap)
-                    if wp.static(not exact) and wraps > 1 and touches and number(bends.kept, w) == 0:
-                        bends.kept = with_number(bends.kept, w, 1)
-                        bends.kept_first = with_row(bends.kept_first, w, row(bends.first, w))
-                        bends.kept_second = with_row(bends.kept_second, w, row(bends.second, w))
+                    if wp.static(not exact) and wraps > 1 and touches and (bends.kept >> w) & 1 == 0:
+                        bends.kept = bends.kept | (1 << w)
+                        keep_first(bends, w, first_at(bends, w))
+                        keep_second(bends, w, second_at(bends, w))
                     if k == 0:
                         one = result
                     if k == 1:
@@ -122,13 +124,13 @@ def settle_of(kind: RouteKind, wrench: bool) -> Any:
 
 
 @cache
-def give_wrenches_of(levers: int) -> Any:
+def give_wrenches_of(kind: RouteKind, levers: int) -> Any:
     """The Warp function that adds what levers have gathered to the moments and forces on their bodies.
 
     Args:
-        levers: rows that there are: of moments, then of forces.
+        kind, levers: of the route, and rows that there are: of moments, then of forces.
     """
-    row, pulls_struct = rows_of(levers).row, pulls_of(levers)
+    pulls_struct, arm_at = pulls_of(levers), pull_rows_of(kind, levers).get
 
     @wp.func(inline=True)
     def give_wrenches(
@@ -138,16 +140,16 @@ def give_wrenches_of(levers: int) -> Any:
         for k in range(span.first_lever, span.end_lever):
             joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
             place = model.body_count + joint
-            arm[joint] = arm[joint] + row(pulls.arm, k - span.first_lever)
-            arm[place] = arm[place] + row(pulls.arm, k - span.first_lever + wp.static(levers // 2))
+            arm[joint] = arm[joint] + arm_at(pulls, k - span.first_lever)
+            arm[place] = arm[place] + arm_at(pulls, k - span.first_lever + wp.static(levers // 2))
 
     return give_wrenches
 
 
 @cache
-def give_arms_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
+def give_arms_of(kind: RouteKind, levers: int, coordinate_joints: bool, followers: bool) -> Any:
     """The Warp function that adds what levers have gathered to the moment arms of the muscle's crossings."""
-    lever_arm, pulls_struct = lever_arm_of(levers, coordinate_joints, followers), pulls_of(levers)
+    lever_arm, pulls_struct = lever_arm_of(kind, levers, coordinate_joints, followers), pulls_of(levers)
 
     @wp.func(inline=True)
     def give_arms(
@@ -179,8 +181,10 @@ def route_stretch_of(
     apart = kind.mujoco and several and not rows
     lay = lay_of(kind) if rows else bend
     settle = settle_of(kind, wrench) if several and not apart and not rows else bend
-    with_number, lever_arm = rows_of(count).with_number, rows_of(levers).row
-    give_arms = give_wrenches_of(levers) if wrench else give_arms_of(levers, coordinate_joints or followers, followers)
+    with_number, arm_at = rows_of(count).with_number, pull_rows_of(kind, levers).get
+    give_arms = give_arms_of(kind, levers, coordinate_joints or followers, followers)
+    if wrench:
+        give_arms = give_wrenches_of(kind, levers)
     kept, room = kind.places > 0, max(kind.places, 1)
     placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions).find
 
@@ -219,7 +223,7 @@ def route_stretch_of(
         if wp.static(not wrench):
             add_crossings(total, muscle, model, work, arm)
         if wp.static(kind.slips and not wrench):
-            total.speed += lever_arm(pulls.arm, wp.static(levers - 1))[0]
+            total.speed += arm_at(pulls, wp.static(levers - 1))[0]
         return total
 
     return route_stretch

@@ -16,6 +16,7 @@ from warpmuscle.kernels.path.route_bends import (
     WRAP_BIT,
     RouteKind,
     bend_after_of,
+    bend_rows_of,
     bends_of,
     mujoco_touch_of,
     touch_of,
@@ -65,15 +66,15 @@ def measured_of(kind: RouteKind) -> tuple[Any, Any]:
 
     In a surface's axes, of which they take the inverse and the centre; see `RouteKind.keeps`.
     """
-    count, keeps = max(kind.wraps, 1), kind.keeps
-    bends_struct, row = bends_of(count), rows_of(count).row
+    count, keeps, rows = max(kind.wraps, 1), kind.keeps, bend_rows_of(kind)
+    bends_struct, kept_first_at, kept_second_at = bends_of(count), rows.kept_first.get, rows.kept_second.get
 
     @wp.func(inline=True)
     def reached(now: wp.vec3, onto: int, bends: wp.ref[bends_struct], inverse: wp.mat33, center: wp.vec3) -> wp.vec3:
         place = wp.vec3(now)
         if wp.static(keeps):  # noqa: SIM102, with `and` it would be compiled in all the same
             if onto >= 0:
-                place = inverse * (row(bends.kept_first, onto) - center)
+                place = inverse * (kept_first_at(bends, onto) - center)
         return place
 
     @wp.func(inline=True)
@@ -81,7 +82,7 @@ def measured_of(kind: RouteKind) -> tuple[Any, Any]:
         place = wp.vec3(now)
         if wp.static(keeps):  # noqa: SIM102, with `and` it would be compiled in all the same
             if onto >= 0:
-                place = inverse * (row(bends.kept_second, onto) - center)
+                place = inverse * (kept_second_at(bends, onto) - center)
         return place
 
     return reached, left
@@ -95,7 +96,8 @@ def crossing_of(kind: RouteKind) -> Any:
     the search for their nearest places.
     """
     count, room = max(kind.wraps, 1), max(kind.places, 1)
-    bends_struct, bend_after, row = bends_of(count), bend_after_of(count), rows_of(count).row
+    bends_struct, bend_after, rows = bends_of(count), bend_after_of(count), bend_rows_of(kind)
+    first_at, second_at = rows.first.get, rows.second.get
     placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place = points.counts, points.place
     torus_touch, (reached, left) = torus_touch_of(kind.as_opensim), measured_of(kind)
@@ -129,7 +131,7 @@ def crossing_of(kind: RouteKind) -> Any:
             if wp.static(count > 1):
                 onto = bend_after(stop, wraps, bends.after)
             if onto >= 0:
-                there = inverse * (row(bends.first, onto) - center)
+                there = inverse * (first_at(bends, onto) - center)
                 to_surface = model.routes.wrap[span.first_wrap + onto].surface
             else:
                 point += 1
@@ -150,7 +152,7 @@ def crossing_of(kind: RouteKind) -> Any:
             from_surface = to_surface
             if onto >= 0:
                 stop = WRAP_BIT + onto
-                here = inverse * (row(bends.second, onto) - center)
+                here = inverse * (second_at(bends, onto) - center)
             measured_here = left(here, onto, bends, inverse, center)
         if found.stop == NOWHERE:
             return found
@@ -220,8 +222,9 @@ def bend_of(kind: RouteKind) -> Any:
     placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place, interval = points.counts, points.place, points.interval
     crossing = crossing_of(kind) if has_tori(kind) else no_crossing_of(kind)
-    exact, rows, (reached, left) = kind.exact, rows_of(count), measured_of(kind)
-    row, with_row, with_number, with_length = rows.row, rows.with_row, rows.with_number, rows.with_length
+    exact, rows, (reached, left) = kind.exact, bend_rows_of(kind), measured_of(kind)
+    first_at, second_at, with_number = rows.first.get, rows.second.get, rows_of(count).with_number
+    put_first, put_second, put_arc = rows.first.put, rows.second.put, rows.arc.put
 
     @wp.func(inline=True)
     def bend(
@@ -257,7 +260,7 @@ def bend_of(kind: RouteKind) -> Any:
             if wp.static(count > 1):
                 onto = bend_after(stop, wraps, bends.after)
             if onto >= 0:
-                there = wp.transpose(axes) * (row(bends.first, onto) - center)
+                there = wp.transpose(axes) * (first_at(bends, onto) - center)
                 to_surface = routes.wrap[span.first_wrap + onto].surface
             else:
                 point += 1
@@ -276,9 +279,9 @@ def bend_of(kind: RouteKind) -> Any:
                     if result == THROUGH or detour < best:
                         best = detour
                         found = stop
-                        bends.arc = with_length(bends.arc, w, touch.arc)
-                        bends.first = with_row(bends.first, w, center + axes * touch.first)
-                        bends.second = with_row(bends.second, w, center + axes * touch.second)
+                        put_arc(bends, w, touch.arc)
+                        put_first(bends, w, center + axes * touch.first)
+                        put_second(bends, w, center + axes * touch.second)
                     if result == THROUGH:
                         break
             stop = point
@@ -286,7 +289,7 @@ def bend_of(kind: RouteKind) -> Any:
             from_surface = to_surface
             if onto >= 0:
                 stop = WRAP_BIT + onto
-                here = wp.transpose(axes) * (row(bends.second, onto) - center)
+                here = wp.transpose(axes) * (second_at(bends, onto) - center)
             measured_here = left(here, onto, bends, wp.transpose(axes), center)
         if found != NOWHERE:
             if wp.static(count > 1):

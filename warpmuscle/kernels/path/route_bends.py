@@ -5,7 +5,7 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.memory.register_rows import RowsOf, rows_in, rows_of
 from warpmuscle.kernels.path.wrap_cylinder import cylinder_touch_of
 from warpmuscle.kernels.path.wrap_ellipsoid import ellipsoid_touch_of
 from warpmuscle.kernels.path.wrap_mujoco import mujoco_cylinder_touch, mujoco_sphere_touch
@@ -50,7 +50,10 @@ class RouteKind(NamedTuple):
 
     @property
     def in_rounds(self) -> bool:
-        """Whether routes go round many surfaces, in rounds, which takes long."""
+        """Whether routes go round many surfaces, in rounds: a lane then keeps them in memory of its own.
+
+        That has room in a GPU's first cache only where a kernel of their own finds them, see `MuscleKind.may_be_apart`.
+        """
         return self.wraps >= MANY_WRAPS and not self.mujoco
 
     @property
@@ -77,11 +80,28 @@ def bends_of(count: int) -> Any:
         second: wp.types.matrix(shape=(count, 3), dtype=float)  # m, and leaves it
         arc: wp.types.vector(length=count, dtype=float)  # m, on each
         after: wp.types.vector(length=count, dtype=int)  # the stop before, NOWHERE if the route does not touch it
-        kept: wp.types.vector(length=count, dtype=int)  # 1: measured from those of the first round:
+        kept: int  # a bit a surface that is measured from those of the first round:
         kept_first: wp.types.matrix(shape=(count, 3), dtype=float)
         kept_second: wp.types.matrix(shape=(count, 3), dtype=float)
 
     return Bends
+
+
+class BendRows(NamedTuple):
+    """Warp functions on the fields of `bends_of`, by surface."""
+
+    first: RowsOf
+    second: RowsOf
+    arc: RowsOf
+    kept_first: RowsOf
+    kept_second: RowsOf
+
+
+@cache
+def bend_rows_of(kind: RouteKind) -> BendRows:
+    """Those for routes of a kind."""
+    count, few = max(kind.wraps, 1), 0 if kind.in_rounds else kind.wraps
+    return BendRows(*(rows_in(bends_of(count), field, count, max(few, 1)) for field in BendRows._fields))
 
 
 @cache

@@ -12,7 +12,15 @@ import warp as wp
 
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
-from warpmuscle.kernels.path.route_bends import CYLINDER, NOWHERE, WRAP_BIT, RouteKind, bends_of, mujoco_touch_of
+from warpmuscle.kernels.path.route_bends import (
+    CYLINDER,
+    NOWHERE,
+    WRAP_BIT,
+    RouteKind,
+    bend_rows_of,
+    bends_of,
+    mujoco_touch_of,
+)
 from warpmuscle.kernels.path.route_points import place_of, slopes_of
 from warpmuscle.kernels.path.wrap_mujoco import NO_SIDE
 from warpmuscle.kernels.path.wrap_touch import FREE
@@ -57,9 +65,9 @@ def lay_of(kind: RouteKind) -> Any:
     bends_struct, rows, touch_at = bends_of(count), rows_of(count), mujoco_touch_of(kind.surfaces)
     place, slopes_struct = place_of(kind.motions), slopes_of(max(kind.motions, 1))
     touched_before, touched_behind = neighbours_of(count)
-    row, with_row, number, with_number, with_length = (
-        rows.row, rows.with_row, rows.number, rows.with_number, rows.with_length
-    )  # fmt: skip
+    number, with_number, bend_rows = rows.number, rows.with_number, bend_rows_of(kind)
+    first_at, second_at = bend_rows.first.get, bend_rows.second.get
+    put_first, put_second, put_arc = bend_rows.first.put, bend_rows.second.put, bend_rows.arc.put
 
     @wp.func(inline=True)
     def lay(
@@ -81,8 +89,8 @@ def lay_of(kind: RouteKind) -> Any:
                     if wrap.side != NO_SIDE:
                         flat = wp.where(wrap.kind == CYLINDER, wp.vec3(side[0], side[1], 0.0), side)
                         start = center + axes * (side + wp.normalize(flat) * (own.size[0] - wp.length(flat)))
-                        bends.first = with_row(bends.first, w, start)
-                        bends.second = with_row(bends.second, w, start)
+                        put_first(bends, w, start)
+                        put_second(bends, w, start)
                         bends.after = with_number(bends.after, w, 0)
                     moved = 1.0
                 else:
@@ -91,11 +99,11 @@ def lay_of(kind: RouteKind) -> Any:
                     before = wp.vec3(0.0)
                     behind = wp.vec3(0.0)
                     if near >= 0:
-                        before = row(bends.second, near)
+                        before = second_at(bends, near)
                     else:
                         before = place(instance, span.first_point + wrap.first, span.origin, model, state, work, slopes)
                     if far >= 0:
-                        behind = row(bends.first, far)
+                        behind = first_at(bends, far)
                     else:
                         behind = place(instance, span.first_point + wrap.last, span.origin, model, state, work, slopes)
                     turn = wp.transpose(axes)
@@ -104,11 +112,11 @@ def lay_of(kind: RouteKind) -> Any:
                     if touch.kind != FREE:
                         first = center + axes * touch.first
                         second = center + axes * touch.second
-                        change = wp.length(first - row(bends.first, w)) + wp.length(second - row(bends.second, w))
+                        change = wp.length(first - first_at(bends, w)) + wp.length(second - second_at(bends, w))
                         moved = wp.max(moved, wp.where(touched, change, 1.0))
-                        bends.first = with_row(bends.first, w, first)
-                        bends.second = with_row(bends.second, w, second)
-                        bends.arc = with_length(bends.arc, w, touch.arc)
+                        put_first(bends, w, first)
+                        put_second(bends, w, second)
+                        put_arc(bends, w, touch.arc)
                         bends.after = with_number(bends.after, w, 0)
                     else:
                         moved = wp.max(moved, wp.where(touched, 1.0, 0.0))

@@ -16,9 +16,9 @@ from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on
 from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.register_rows import rows_of
+from warpmuscle.kernels.memory.register_rows import RowsOf, rows_in, rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
-from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bends_of
+from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bend_rows_of, bends_of
 from warpmuscle.kernels.path.route_points import always, place_of, placed_of, placed_points_of, slopes_of, sometimes
 from warpmuscle.kernels.path.route_slip import SHORTEST, slip
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
@@ -38,6 +38,12 @@ def pulls_of(count: int) -> Any:
     return Pulls
 
 
+@cache
+def pull_rows_of(kind: RouteKind, count: int) -> RowsOf:
+    """Warp functions on its rows, of routes of a kind."""
+    return rows_in(pulls_of(count), "arm", count, 1 if kind.in_rounds else count)
+
+
 def room_of(kind: RouteKind, wrench: bool) -> int:
     """Rows of moment arms of a route: one a lever, and with a `wrench` one more for its direction; one for its slip."""
     return max(kind.levers, 1) * (2 if wrench else 1) + int(kind.slips and not wrench)
@@ -52,7 +58,7 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
     What is compiled in is that of `walk_of`.
     """
     levers = room_of(kind, wrench)
-    with_sum, pulls_struct = rows_of(levers).with_sum, pulls_of(levers)
+    add_arm, pulls_struct = pull_rows_of(kind, levers).add, pulls_of(levers)
     apart, couples = kind.wraps > 1 and not kind.exact, kind.slips
 
     @wp.func(inline=True)
@@ -71,36 +77,36 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
                     place_of_pull = wp.where(sign > 0, reached, left)
                 r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
                 if wp.static(wrench):
-                    pulls.arm = with_sum(pulls.arm, k - span.first_lever + wp.static(levers // 2), pull)
+                    add_arm(pulls, k - span.first_lever + wp.static(levers // 2), pull)
                 elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
                     if has_motion(model.skeleton.plan[joint].joint_type):
                         r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
-                pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
+                add_arm(pulls, k - span.first_lever, r)
             elif wp.static(couples):  # noqa: SIM102, with `and` it would be compiled in all the same
                 if across and (lever.beyond >> stop) & 1 == 1:
                     r = wp.cross(reached - left, direction)
                     if wp.static(coordinate_joints and not wrench):  # noqa: SIM102, as above
                         if has_motion(model.skeleton.plan[nonnegative(lever.joint)].joint_type):
                             r = wp.vec3(effort_on(nonnegative(lever.joint), r, wp.vec3(0.0), work), 0.0, 0.0)
-                    pulls.arm = with_sum(pulls.arm, k - span.first_lever, r)
+                    add_arm(pulls, k - span.first_lever, r)
 
     return act
 
 
 @cache
-def lever_arm_of(levers: int, coordinate_joints: bool, followers: bool) -> Any:
+def lever_arm_of(kind: RouteKind, levers: int, coordinate_joints: bool, followers: bool) -> Any:
     """The Warp function of the moment arm that a lever has gathered: of a coordinate, along its axis.
 
     Args:
-        levers: rows that there are. coordinate_joints, followers: as of `walk_of`.
+        kind, levers: of the route, and rows that there are. coordinate_joints, followers: as of `walk_of`.
     """
-    row, pulls_struct = rows_of(levers).row, pulls_of(levers)
+    arm_at, pulls_struct = pull_rows_of(kind, levers).get, pulls_of(levers)
 
     @wp.func(inline=True)
     def lever_arm(
         instance: int, joint: int, k: int, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef
     ) -> wp.vec3:
-        r = row(pulls.arm, k)
+        r = arm_at(pulls, k)
         if wp.static(coordinate_joints):  # noqa: SIM102, as above
             if has_motion(model.skeleton.plan[joint].joint_type):
                 driver = int(joint)
@@ -208,26 +214,27 @@ def stops_of(kind: RouteKind, moving: bool) -> tuple[Any, Any]:
 
 
 @cache
-def measured_ends_of(count: int) -> tuple[Any, Any]:
+def measured_ends_of(kind: RouteKind) -> tuple[Any, Any]:
     """The Warp functions of the places where a route's length says that it reaches surface k and leaves it.
 
     They take (bends, k, last), the place of the last round. Round several surfaces they are those of the first round.
     """
-    bends_struct, rows = bends_of(count), rows_of(count)
-    row, number = rows.row, rows.number
+    count = max(kind.wraps, 1)
+    bends_struct, rows = bends_of(count), bend_rows_of(kind)
+    kept_first_at, kept_second_at = rows.kept_first.get, rows.kept_second.get
 
     @wp.func(inline=True)
     def reaches(bends: wp.ref[bends_struct], k: int, last: wp.vec3) -> wp.vec3:
         place = last
-        if wp.static(count > 1) and number(bends.kept, k) == 1:
-            place = row(bends.kept_first, k)
+        if wp.static(count > 1) and (bends.kept >> k) & 1 == 1:
+            place = kept_first_at(bends, k)
         return place
 
     @wp.func(inline=True)
     def leaves(bends: wp.ref[bends_struct], k: int, last: wp.vec3) -> wp.vec3:
         place = last
-        if wp.static(count > 1) and number(bends.kept, k) == 1:
-            place = row(bends.kept_second, k)
+        if wp.static(count > 1) and (bends.kept >> k) & 1 == 1:
+            place = kept_second_at(bends, k)
         return place
 
     return reaches, leaves
@@ -246,11 +253,12 @@ def walk_of(
     motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
     counts, place = stops_of(kind, acting and motions)
     slips, bodies = kind.slips and acting and not wrench, (motions and across) or kind.slips
-    last, with_sum = room_of(kind, wrench) - 1, rows_of(room_of(kind, wrench)).with_sum
+    last, add_arm = room_of(kind, wrench) - 1, pull_rows_of(kind, room_of(kind, wrench)).add
     act, act_on_ends = act_of(kind, coordinate_joints or followers, wrench), act_on_ends_of(kind.motions)
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
-    row, arc_of, share_of = rows_of(count).row, rows_of(count).length, in_branches if kind.branches else as_it_is
-    reaches, leaves = measured_ends_of(count)
+    rows, share_of = bend_rows_of(kind), in_branches if kind.branches else as_it_is
+    first_at, second_at, arc_of = rows.first.get, rows.second.get, rows.arc.get
+    reaches, leaves = measured_ends_of(kind)
 
     @wp.func(inline=True)
     def walk(
@@ -273,7 +281,7 @@ def walk_of(
             fixed = wp.int32(0)
             reached = wp.vec3(0.0)
             if onto >= 0:
-                reached = row(bends.first, onto)
+                reached = first_at(bends, onto)
                 b = reaches(bends, onto, reached)
                 stop = WRAP_BIT + onto
             else:
@@ -296,7 +304,7 @@ def walk_of(
                     act(instance, span, a, left, reached, direction, before, stop, between, model, work, pulls)
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
-                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
+                        add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
                     if wp.static(motions):  # noqa: SIM102, as above
                         if wp.static(not across) or between:
                             act_on_ends(
@@ -309,12 +317,12 @@ def walk_of(
             slopes_before.of = slopes.of
             if wp.static(wrapping):
                 if onto >= 0:
-                    total += share * arc_of(bends.arc, onto)
-                    left = row(bends.second, onto)
+                    total += share * arc_of(bends, onto)
+                    left = second_at(bends, onto)
                     a = leaves(bends, onto, left)
                     if wp.static(slips):
                         faster = slip(span, stop, stop, body, body, a - b, left - reached, model, work)
-                        pulls.arm = with_sum(pulls.arm, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
+                        add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
                 onto = bend_after(stop, span.end_wrap - span.first_wrap, bends.after)
         return total
 
