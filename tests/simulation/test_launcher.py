@@ -190,7 +190,7 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
     config = large_blocks(usual.compiling(skeleton=skeleton), structure, None, 4, 65536, 132)
     assert config.kind.skeleton.apart is apart
     near = config.compiling(skeleton=skeleton)
-    assert config.buffer_floats(100) == (13 * entries * 100 if apart else config.work_floats)
+    assert config.buffer_floats(100) == (13 * entries * 128 if apart else config.work_floats)  # 32 lie side by side
     assert (near.large_blocks * near.instances_a_block < config.large_blocks * config.instances_a_block) is apart
     assert not usual.kind.skeleton.apart
 
@@ -203,7 +203,7 @@ def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
     for apart in (True, False):
         made = config.compiling(skeleton=config.kind.skeleton._replace(apart=apart, entries=6))
         kernel = FusedKernel(made, wp.get_device("cpu"), 1, 7)
-        assert kernel._buffers[0].shape == ((13 * 6, 7) if apart else (made.work_floats, 1))
+        assert kernel._buffers[0].shape == ((13 * 6, 32) if apart else (made.work_floats, 1))
 
 
 @pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])

@@ -132,6 +132,8 @@ def layout() -> dict[str, set[int]]:
         "followed": FOLLOWED,
         "pushes": PUSHES,
         "entries": ENTRIES,
+        "first": scratch.FIRST,
+        "own": scratch.COORDINATE,
         **{k: v for k, v in vars(scratch).items() if isinstance(v, int)},
     }
     taken = {}
