@@ -74,7 +74,7 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
      "limits.leg_crossing, feet_apart(model, work)"): "a >= -b where b >= -a, to the bit; neither for NaN",
     ("warpmuscle/kernels/path/wrap_sphere.py", "if out[axis] * float(side) < 0.0:", "out[axis] / float(side)"):
         "side is 1 or -1 there, and x / 1 is x * 1, x / -1 is x * -1, to the bit",
-    ("warpmuscle/kernels/path/wrap_ellipsoid.py", "x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))", "k <= 2"):
+    ("warpmuscle/kernels/path/ellipsoid_arc.py", "x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))", "k <= 2"):
         "they differ for k = 2 alone, for which the outer choice takes 0",
     ("warpmuscle/model/paths.py", "p.segment_points = to_device(table.segments or [(0, 0)], int, device)", "1"):
         "stands there where there are no segments, by whose numbers alone the array is read",

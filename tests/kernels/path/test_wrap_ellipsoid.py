@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 import warp as wp
 from probes import evaluate, units, vectors
-from scipy.integrate import quad
 
 from warpmuscle.kernels.path import wrap_ellipsoid
 from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT, Guide
@@ -62,23 +61,6 @@ def test_an_end_on_the_circle_is_its_own_tangent():
     end, (_, y, z) = np.array([[0.5, 0.0, 0.0], [0.3, 0.0, 0.0]]), np.eye(3)
     got = evaluate(wrap_ellipsoid.circle_tangent, end, np.zeros(3), z, 0.25, y)
     np.testing.assert_allclose(got, end, atol=1e-7)
-
-
-def test_arcs_are_as_long_as_their_integrals():
-    count = 60
-    u = units(count, 5)
-    v = np.cross(u, units(count, 6))
-    v /= np.linalg.norm(v, axis=1, keepdims=True)
-    angle = np.random.default_rng(7).uniform(0.05, 2.0, count)
-    expected = [
-        quad(lambda t, k=k: np.linalg.norm(RADII * (v[k] * np.cos(t) - u[k] * np.sin(t))), 0.0, angle[k])[0]
-        for k in range(count)
-    ]
-    got = evaluate(wrap_ellipsoid.arc_on_ellipsoid, u, v, angle, RADII)
-    np.testing.assert_allclose(got, expected, rtol=2e-4)
-    np.testing.assert_allclose(
-        evaluate(wrap_ellipsoid.arc_on_ellipsoid, u, v, angle, np.full(3, 0.03)), 0.03 * angle, rtol=1e-6
-    )
 
 
 def test_the_nearest_place_is_on_the_ellipsoid_and_its_normal_leads_there():

@@ -9,9 +9,9 @@ x of the push is one more unknown of the equations in `followed.py`, to which it
 where D has -J M^-1 J^T between pushes, so that one recursion serves both. Rows that push as others together do share
 what there is to push, since each gives way a little, and one along which nothing can move is left out. What is wanted
 keeps g at 0 against rounding and the errors of steps of the length h (Baumgarte 1972, Comput. Methods Appl. Mech. Eng.
-1:1-16, in units of the step):
+1:1-16, here in units of a time t):
 
-    g'' = -DAMPING (g' - h c'/2)/h - STIFFNESS g/h^2,
+    g'' = -DAMPING (g' - h c'/2)/t - STIFFNESS g/t^2,    t = max(h, QUICKEST),
 
 where g' = J v is of the speeds in the middle of the last step, which leapfrog moves coordinates by, and c' = g'' - J v'
 is what speeds alone make of it: where all is well, J at the end of the step times these speeds is h c'/2.
@@ -26,8 +26,9 @@ from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, nonne
 
 WELD, POINT, POINT_ON_LINE, DISTANCE = 0, 1, 2, 3
 DAMPING, STIFFNESS = 0.5, 0.2
-YIELDING = 1.0e-5  # of the mobility along a row, by which it gives way
+YIELDING = 2.0e-5  # of the greatest mobility along rows that hold one point or one turn, by which each gives way
 IMMOBILE = 1.0e-8  # of the greatest mobility along any row, below which nothing can move along one
+QUICKEST = 5.0e-4  # s, in which errors go at most, since rounding of places counts by 1/s^2
 SHORTEST = 1.0e-6  # m, distance whose direction is known
 
 
@@ -48,7 +49,7 @@ class Between:
 class StepLength:
     """The step, and how long speeds have changed since the middle of the last one."""
 
-    h: float  # s
+    pace: float  # s, in which errors go: the step, or QUICKEST
     half: float  # s; 0 in the first step
 
 
@@ -60,7 +61,7 @@ def wanted_acceleration(error: float, rate: float, drift: float, total_drift: fl
         rate: of g, by speeds in the middle of the last step. total_drift: of g, where no speed changes.
     """
     astray = rate - step.half * total_drift
-    return -drift - (DAMPING * astray + STIFFNESS * error / step.h) / step.h
+    return -drift - (DAMPING * astray + STIFFNESS * error / step.pace) / step.pace
 
 
 @func
@@ -187,7 +188,7 @@ def constraint_rows(instance: int, number: int, step: StepLength, model: ModelRe
 def constraint_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """The rows of all constraints, one a lane, before prescribed accelerations are known. Ends with a barrier."""
     step = StepLength()
-    step.h = model.time_step
+    step.pace = wp.max(model.time_step, QUICKEST)
     step.half = wp.where(state.step[instance] == 0, 0.0, 0.5 * model.time_step)
     for number in range(lane, model.constraints.plan.shape[0], lanes):
         constraint_rows(instance, number, step, model, work)
@@ -207,15 +208,27 @@ def pushed(body: int, row: int, model: ModelRef, work: ScratchRef) -> wp.spatial
 
 
 @func
-def solve_constrained(lane: int, lanes: int, count: int, first: int, work: ScratchRef):
+def greatest_mobility(row: int, count: int, first: int, model: ModelRef, work: ScratchRef) -> float:
+    """Of the rows that hold one thing, such as a point, together with this one."""
+    greatest = wp.float32(0.0)
+    for other in range(first, count):
+        if model.constraints.together[other - first] == model.constraints.together[row - first]:
+            greatest = wp.max(greatest, wp.abs(work.followed_matrix[other * count + other]))
+    return greatest
+
+
+@func
+def solve_constrained(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """`followed.solve_followed` where rows from the first on are of pushes: D is negative there."""
+    count = nonnegative(model.couplings.followed)
+    first = nonnegative(model.constraints.first)
     largest = wp.float32(0.0)
     for k in range(count):
         if k == first:  # coordinates have been eliminated
             for row in range(first, count):
                 largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))
                 if lane == 0:
-                    work.push_mobility[row - first] = wp.abs(work.followed_matrix[row * count + row])
+                    work.push_mobility[row - first] = greatest_mobility(row, count, first, model, work)
             synchronize()
         pivot = work.followed_matrix[k * count + k]
         moves = k < first

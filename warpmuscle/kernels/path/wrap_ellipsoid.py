@@ -6,7 +6,8 @@ along it, within that plane; by HYBRID, between the two, with the mean of the di
 ellipsoid in place of the middle's. OpenSim takes that mean over 298 places, and so do we if it shall be `as_opensim`
 (where the direction turns at once, the places decide how much of it is on either side), else by Gauss's rule. OpenSim
 iterates for the tangents and adds up the arc in pieces; we have both in closed form where the ellipsoid is a unit
-sphere and the section a circle, the arc but for an integral by Gauss's rule.
+sphere and the section a circle, the arc but for an integral by Gauss's rule, from which what pieces cut off is taken
+if it shall be `as_opensim`.
 """
 
 from functools import cache
@@ -15,6 +16,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.path.ellipsoid_arc import arc_as_opensim, arc_on_ellipsoid, gauss_place, most_along
 from warpmuscle.kernels.path.ellipsoid_tangent import tangent_as_opensim
 from warpmuscle.kernels.path.wrap_touch import INSIDE, THROUGH, Touch, kept_size, on_side
 
@@ -29,7 +31,6 @@ TOUCHING = 1.0e-4  # squared distance from the middle of the unit sphere that st
 SMALLEST = 1.0e-12
 ENDLESS = 1.0e30
 LEAST_SHARE = 1.0e-3  # of radii that something goes round
-PIECE = 1.0e-3  # m, of OpenSim's arcs
 ENTERED = 0.12  # depth in the unit sphere, 1 less a squared distance, at which a smooth path is all on its side
 NEARLY_ROUND = 6.0  # rad; an arc as long as that is one that has just begun the other way round
 
@@ -95,15 +96,6 @@ def outward_at_nearest(p: wp.vec3, r: wp.vec3, t: float) -> wp.vec3:
 
 
 @func
-def most_along(d: wp.vec3) -> int:
-    """The axis that is most along a direction."""
-    x = wp.abs(d[0])
-    y = wp.abs(d[1])
-    z = wp.abs(d[2])
-    return wp.where(y > x, wp.where(z > y, 2, 1), wp.where(z > x, 2, 0))
-
-
-@func
 def turning_place(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> float:
     """Where along a chord the direction to the ellipsoid turns most, a share of it: nearest to its long axes.
 
@@ -119,15 +111,6 @@ def turning_place(start: wp.vec3, chord: wp.vec3, r: wp.vec3) -> float:
         crossed -= weight * start[k] * chord[k]
         length += weight * chord[k] * chord[k]
     return wp.clamp(crossed / wp.max(length, SMALLEST), 0.0, 1.0)
-
-
-@func
-def gauss_place(k: int) -> wp.vec2:
-    """Place k of Gauss's rule of 5 points on -1..1, and its weight."""
-    near = wp.where(k == 1 or k == 3, 0.5384693101, 0.9061798459)
-    x = wp.where(k == 2, 0.0, wp.where(k < 2, -near, near))
-    weight = wp.where(k == 2, 0.5688888889, wp.where(k == 1 or k == 3, 0.4786286705, 0.2369268851))
-    return wp.vec2(x, weight)
 
 
 @func
@@ -212,47 +195,6 @@ def circle_tangent(end: wp.vec3, middle: wp.vec3, normal: wp.vec3, square: float
     if far <= square:
         return end
     return middle + (v * square + across * wp.sqrt(square * (far - square))) / far
-
-
-@func
-def arc_on_ellipsoid(u: wp.vec3, v: wp.vec3, angle: float, r: wp.vec3) -> float:
-    """Length of the arc u cos t + v sin t, t from 0 to an angle, stretched by radii; by Gauss's rule of 5 points."""
-    total = wp.float32(0.0)
-    for k in range(5):
-        own = gauss_place(k)
-        t = 0.5 * angle * (1.0 + own[0])
-        total += own[1] * wp.length(wp.cw_mul(r, v * wp.cos(t) - u * wp.sin(t)))
-    return 0.5 * angle * total
-
-
-@func(inline=False)
-def arc_as_opensim(
-    p: wp.vec3, q: wp.vec3, c: wp.vec3, first: wp.vec3, second: wp.vec3, radii: wp.vec3, side: int
-) -> float:
-    """Length of the arc of a path between two places, which is the long way round if the short one leads back.
-
-    Args:
-        p, q, c, first, second: ends of the segment, a place in the plane of the path, and where it touches, in the axes
-            where the ellipsoid is a unit sphere. radii: m. side: 0 if the short way counts at all events.
-    """
-    chord = wp.length(wp.cw_mul(radii, second - first))
-    if chord < PIECE:
-        return chord
-    normal = wp.normalize(wp.cross(q - p, c - p))
-    middle = normal * wp.dot(normal, c)
-    u = first - middle
-    w = second - middle
-    v = wp.cross(normal, u)
-    if wp.dot(v, w) < 0.0:
-        v = -v
-    angle = wp.atan2(wp.dot(w, v), wp.dot(w, u))
-    onward = wp.cw_mul(radii, v)
-    backward = wp.cw_mul(radii, u * wp.sin(angle) - v * wp.cos(angle))
-    back = wp.dot(onward, wp.cw_mul(radii, p - first)) > 0.0 or wp.dot(backward, wp.cw_mul(radii, q - second)) > 0.0
-    if side != 0 and chord >= 2.0 * PIECE and back:
-        v = -v
-        angle = 2.0 * wp.pi - angle
-    return arc_on_ellipsoid(u, v, angle, radii)
 
 
 @func(inline=False)

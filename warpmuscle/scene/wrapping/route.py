@@ -100,7 +100,8 @@ def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
     """Place of a point, m, in a pose."""
     local = plain_vector(point.place())
     for motion in point.motion:
-        moved = rates(motion, np.atleast_1d(angles[motion.joint])[:1])[0]
+        q = np.atleast_1d(angles[motion.joint])[:1]
+        moved = rates(motion, np.clip(q, *motion.within) if motion.within else q)[0]
         local = local + normalized(plain_vector(motion.axis)) * moved
     position, orientation = poses[point.body]
     return np.asarray(position + rotate(orientation, local))
