@@ -22,7 +22,7 @@ from warpmuscle.throw.recordings.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.recordings.smoothing import NOISY, noise, removed
 
 LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
-WHOLE = 1e-6  # of a sample, by which the last one may miss a scene's end
+LATE = 1e-6  # of a sample, by which the last one may miss the end of a scene
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
 CONVENTIONS = (
     ("its negative", -1.0, 0.0), ("180 deg less it", -1.0, 180.0), ("90 deg more", 1.0, 90.0),
@@ -56,7 +56,7 @@ def motion_of(scene: Scene, arm: Arm) -> ArmMotion:
         if name not in scene.motion or not _complete(scene, name):
             raise SceneError(f"{scene.name} has no motion of {name!r}; name files with motions", key="motion")
     actuation = arm.actuation(dict.fromkeys(arm.joints, "kinematic"))
-    time = np.arange(int(first_number(arm.plain.duration) * RATE + WHOLE) + 1) / RATE
+    time = np.arange(int(first_number(arm.plain.duration) * RATE + LATE) + 1) / RATE
     coordinates = prescribed_coordinates(msgspec.structs.replace(scene, actuation=actuation), time)
     root = root_type(scene.character)
     pitch = np.unwrap(twist_angle(root.motion(coordinates).orientation, X_AXIS)) if root.speeds else np.zeros(len(time))
