@@ -20,6 +20,14 @@ SELDOM = (
     "muscle_paths_of", "muscle_moments_of", "muscle_wrenches_of", "muscle_torques",
     "forward_dynamics_of", "contact_forces_of", "controller_torques",
 )  # fmt: skip
+# Modules that are launched between steps, for a few instances.
+BETWEEN = frozenset(
+    f"warpmuscle.kernels.{module}"
+    for module in (
+        *("inverse.inverse_dynamics", "learning.episodes", "learning.rewards", "learning.senses"),
+        *("program.frames", "program.gather", "stages", "terrain_starts"),
+    )
+)
 _loads = [0]  # how often a launch has asked for a module
 _without: list[set[Any]] = []  # modules that are compiled without optimisation, of who wants that
 
@@ -252,8 +260,9 @@ def _is_of_a_kind_or_test(module: Any) -> bool:
 
 
 def _is_launched_seldom(module: Any) -> bool:
-    """Whether a module was made for a kind of scene, and is compiled for longer than it runs in any test."""
-    return "__locals__" in module.name and module.name.rpartition(".")[2].startswith(SELDOM)
+    """Whether a module is compiled for longer than it runs in any test."""
+    of_a_kind = "__locals__" in module.name and module.name.rpartition(".")[2].startswith(SELDOM)
+    return of_a_kind or module.name in BETWEEN
 
 
 def loads() -> int:

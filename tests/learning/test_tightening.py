@@ -105,9 +105,7 @@ def test_costs_grow_evenly_to_all_that_rewards_take_off_also_by_terms_of_the_obj
 
 def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_these():
     first = {"speed": 5.0, "speed_width": 2.0, "overload": 3.0, "progress": 4.0, "force_limit": 0.5}
-    last = Rewards(
-        speed=15.0, speed_width=0.4, overload=7.0, progress=0.0, custom={"smoothness": 0.01, "head": 2.0}
-    )
+    last = Rewards(speed=15.0, speed_width=0.4, overload=7.0, progress=0.0, custom={"smoothness": 0.01, "head": 2.0})
     tightening = Tightening(held=100, decisions=300, rewards=first, custom={"smoothness": 0.05})
 
     def sums(rewards: Rewards, told: Tightening | None, decisions: int) -> tuple[np.ndarray, np.ndarray]:
