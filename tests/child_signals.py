@@ -5,8 +5,15 @@ from __future__ import annotations
 import contextlib
 import signal
 import subprocess
+import sys
 from collections.abc import Iterator, Sequence
 from typing import Any
+
+# The command line in a process of its own, with arguments after it, which looks for garbage late, as `warpmuscle` does.
+PROGRAM = [
+    *(sys.executable, "-c"),
+    "import warpmuscle.__main__ as begin; begin.collect_late(); from warpmuscle.cli.program import main; main()",
+]
 
 
 def hear_signals() -> None:

@@ -3,11 +3,12 @@
 Workers share Warp's folder of compiled kernels. The first that needs a module compiles it, and others wait for it.
 """
 
-import re
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
+
+import kernel_text
 
 try:
     import fcntl
@@ -19,10 +20,14 @@ SELDOM = (
     "muscle_paths_of", "muscle_moments_of", "muscle_wrenches_of", "muscle_torques",
     "forward_dynamics_of", "contact_forces_of", "controller_torques",
 )  # fmt: skip
-OPERATORS = {"add": "+", "sub": "-", "mul": "*"}
-SCALARS = re.compile(r"\bwp::(float32|float64|int32) (var_\w+)\b")
-LOADS, COPIES = re.compile(r"= wp::load\((var_\w+)\);"), re.compile(r"= wp::copy\((var_\w+)\);")
-CALLS = re.compile(r"= wp::(add|sub|mul)\((var_\w+), (var_\w+)\);")
+# Modules that are launched between steps, for a few instances.
+BETWEEN = frozenset(
+    f"warpmuscle.kernels.{module}"
+    for module in (
+        *("inverse.inverse_dynamics", "learning.episodes", "learning.rewards", "learning.senses"),
+        *("program.frames", "program.gather", "stages", "terrain_starts"),
+    )
+)
 _loads = [0]  # how often a launch has asked for a module
 _without: list[set[Any]] = []  # modules that are compiled without optimisation, of who wants that
 
@@ -85,7 +90,9 @@ def leave_out_unused_adjoints() -> None:
 
     def with_what_is_used(self: Any, device: str = "cpu", **options: Any) -> str:
         codegen.struct_template = short if device == "cpu" and not self.options["enable_backward"] else template
-        return made(self, device, **options)
+        text = made(self, device, **options)
+        quick = device == "cpu" and self.options.get("optimization_level") == 0
+        return kernel_text.without_hints(text) if quick else text
 
     builder.codegen = with_what_is_used
 
@@ -191,27 +198,11 @@ def translate_functions_once() -> None:
         key = c_func_name, options["forward_only"], options["inline_hint"], quick
         if key not in known.texts:
             text = write(adj, c_func_name, device, **options)
-            known.texts[key] = with_operators(text) if quick else text
+            known.texts[key] = kernel_text.shortened(text) if quick else text
         return known.texts[key]
 
     builder.build_function, builder.build_struct_recursive, adjoint.build = once, noted_structure, forgotten
     codegen.codegen_func = written
-
-
-def with_operators(text: str) -> str:
-    """A function as Warp writes it, with operators of C++ instead of calls of functions that have these alone.
-
-    Without optimisation each of some thousand calls in a step is looked up, compiled, and then made, every time.
-    """
-    if "tile" in text:  # copies of which are more than that
-        return text
-    types = {name: kind for kind, name in SCALARS.findall(text)}
-
-    def of_scalars(found: re.Match[str]) -> str:
-        name, a, b = found.groups()
-        return f"= {a} {OPERATORS[name]} {b};" if a in types and types[a] == types.get(b) else found[0]
-
-    return CALLS.sub(of_scalars, COPIES.sub(r"= \1;", LOADS.sub(r"= *\1;", text)))
 
 
 class _Functions(dict[Any, None]):
@@ -269,8 +260,9 @@ def _is_of_a_kind_or_test(module: Any) -> bool:
 
 
 def _is_launched_seldom(module: Any) -> bool:
-    """Whether a module was made for a kind of scene, and is compiled for longer than it runs in any test."""
-    return "__locals__" in module.name and module.name.rpartition(".")[2].startswith(SELDOM)
+    """Whether a module is compiled for longer than it runs in any test."""
+    of_a_kind = "__locals__" in module.name and module.name.rpartition(".")[2].startswith(SELDOM)
+    return of_a_kind or module.name in BETWEEN
 
 
 def loads() -> int:

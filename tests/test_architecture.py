@@ -9,6 +9,8 @@ from pathlib import Path
 
 import pytest
 
+import tiers
+
 ROOT = Path(__file__).parents[1]
 # From the lowest to the highest. Those of one line know nothing of each other.
 ORDER: tuple[tuple[str, ...], ...] = (
@@ -58,7 +60,7 @@ def imported(file: Path) -> frozenset[str]:
 
 
 def _imported(file: Path) -> Iterator[str]:
-    for node in ast.walk(ast.parse(file.read_text())):
+    for node in tiers.import_statements(file):
         if isinstance(node, ast.Import):
             yield from (alias.name.removeprefix("warpmuscle.") for alias in node.names if own(alias.name))
         elif isinstance(node, ast.ImportFrom):

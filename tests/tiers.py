@@ -64,17 +64,22 @@ def shared_modules(folders: tuple[str, ...]) -> dict[str, Path]:
     return {file.stem: file for folder in reversed(folders) for file in (ROOT / folder).glob("*.py")}
 
 
+def import_statements(path: Path) -> list[ast.stmt]:
+    """The import statements of a file, wherever they stand.
+
+    Only these are parsed, a twentieth of what to parse all of it takes: each worker looks at each file of tests.
+    """
+    return ast.parse("\n".join(found[1] for found in IMPORTS.finditer(path.read_text("utf-8")) if found[1])).body
+
+
 @cache
 def imports(path: Path) -> list[tuple[str, tuple[str, ...]]]:
-    """Modules that a file imports anywhere, each with what it takes from it; of `from a import b` also `a.b`.
-
-    Only its imports are parsed, a twentieth of what to parse all of it takes: each worker looks at each file of tests.
-    """
-    return list(_imports("\n".join(found[1] for found in IMPORTS.finditer(path.read_text("utf-8")) if found[1])))
+    """Modules that a file imports anywhere, each with what it takes from it; of `from a import b` also `a.b`."""
+    return list(_imports(path))
 
 
-def _imports(text: str) -> Iterator[tuple[str, tuple[str, ...]]]:
-    for node in ast.parse(text).body:
+def _imports(path: Path) -> Iterator[tuple[str, tuple[str, ...]]]:
+    for node in import_statements(path):
         if isinstance(node, ast.Import):
             yield from ((alias.name, ()) for alias in node.names)
         elif isinstance(node, ast.ImportFrom) and node.module:

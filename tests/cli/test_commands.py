@@ -9,7 +9,7 @@ import h5py
 import numpy as np
 import pytest
 
-from child_signals import running
+from child_signals import PROGRAM, running
 from command_line import run
 from patience import PATIENCE, until
 from warpmuscle.cli.walkers import commanded_in_words
@@ -237,8 +237,7 @@ def test_a_scene_is_not_written_over_what_it_is_read_from(arguments, tmp_path):
 
 
 def test_interrupt_keeps_what_was_evaluated_and_says_how_much(tmp_path):
-    code = "from warpmuscle.cli.program import main; main()"
-    command = [sys.executable, "-c", code, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
+    command = [*PROGRAM, "optimize", "fwalk", "--candidates", "100000", "-o", "part.h5"]
     with running(command, cwd=tmp_path, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True) as process:
         until(lambda: Journal.look(tmp_path / "part.h5.journal"), process)  # a generation is kept
         process.send_signal(signal.SIGINT)

@@ -6,12 +6,12 @@ import os
 import re
 import resource
 import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
 
+from child_signals import PROGRAM
 from environment import NO_BYTE_CODE
 from patience import PATIENCE
 from small_disk import disk_of
@@ -161,9 +161,8 @@ def limited(*arguments, cwd, shell="", **environment):
 
     What it says meanwhile, where kernels are to be compiled first, is no error.
     """
-    code = "import sys; from warpmuscle.cli.program import main; main()"
     script = f'{shell}\nexec "$@"'
-    command = ["sh", "-c", script, "sh", sys.executable, "-c", code, *map(str, arguments)]
+    command = ["sh", "-c", script, "sh", *PROGRAM, *map(str, arguments)]
     done = subprocess.run(
         command,
         cwd=cwd,

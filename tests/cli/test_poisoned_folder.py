@@ -37,13 +37,6 @@ def ran(folder: Path) -> list[str]:
     return sorted(path.stem for path in folder.parent.glob("*.ran"))
 
 
-def command(*arguments: object) -> subprocess.CompletedProcess[str]:
-    """The command line as the installed script starts it: without the current folder among those of modules."""
-    code = "from warpmuscle.__main__ import main; main()"
-    whole = [sys.executable, "-P", "-c", code, *map(str, arguments)]
-    return subprocess.run(whole, capture_output=True, text=True, timeout=PATIENCE)
-
-
 def test_mark_is_left_where_a_process_does_import_from_the_current_folder(poisoned):
     subprocess.run([sys.executable, "-c", "import numpy"], capture_output=True)
     assert ran(poisoned)
@@ -63,16 +56,30 @@ def test_reading_a_c3d_file_imports_nothing_from_the_current_folder(poisoned):
     assert not ran(poisoned)
 
 
+# Commands one after the other, each of which imports what those before it did not need.
+COMMANDS = """
+import sys
+from warpmuscle.cli.program import main
+
+for command in (
+    "simulate fwalk --duration 0.2 -o run.h5 --plot run.png", "plot run.h5 --what joints -o joints.svg",
+    "report run.h5", "export run.h5 -o run.csv", "video run.h5 -o run.mp4",
+):
+    sys.argv = ["warpmuscle", *command.split()]
+    try:
+        main()
+    except SystemExit as ended:
+        if ended.code:
+            raise
+"""
+
+
 def test_commands_import_nothing_from_the_current_folder(poisoned):
-    for arguments in (
-        ["simulate", "fwalk", "--duration", 0.2, "-o", "run.h5", "--plot", "run.png"],
-        ["plot", "run.h5", "--what", "joints", "-o", "joints.svg"],
-        ["report", "run.h5"],
-        ["export", "run.h5", "-o", "run.csv"],
-        ["video", "run.h5", "-o", "run.mp4"],
-    ):
-        done = command(*arguments)
-        assert done.returncode == 0, done.stderr
+    """As the installed script starts them: without the current folder among those of modules."""
+    done = subprocess.run([sys.executable, "-P", "-c", COMMANDS], capture_output=True, text=True, timeout=PATIENCE)
+    assert done.returncode == 0, done.stderr
+    files = {file.name for file in poisoned.iterdir()}
+    assert {"run.h5", "run.png", "joints.svg", "run.csv", "run.mp4"} <= files
     assert not ran(poisoned)
 
 

@@ -10,12 +10,11 @@ from pathlib import Path
 
 import pytest
 
-from child_signals import hear_signals, running
+from child_signals import PROGRAM, hear_signals, running
 from patience import PATIENCE, until
 from warpmuscle.cli.streams import _Steady
 from warpmuscle.results.result import read
 
-PROGRAM = [sys.executable, "-c", "from warpmuscle.cli.program import main; main()"]
 SHORT = [*PROGRAM, "optimize", "fwalk", "--candidates", "2", "--duration", "0.02", "-o", "out.h5"]
 LONG = [*PROGRAM, "optimize", "fwalk", "--duration", "0.02", "--search", "random", "--until", "1h", "-o", "out.h5"]
 

@@ -32,6 +32,13 @@ def test_data_of_a_sound_scene_gives_the_scene():
         ([*FOOT, "shapes"], [{"type": "cone"}], ".0.type", "'cone' is none of 'sphere', 'capsule', 'box'"),
         ([*FOOT, "shapes"], [{"radius": 1}], ".0", "missing key 'type'"),
         ([*FOOT, "shapes"], [{"type": "box", "radius": 1}], ".0.radius", "unknown key; known keys: type, low, high"),
+        (
+            ["forces"],
+            {"cord": {"type": "point_spring", "rest": 1}},
+            ".cord.rest",
+            "numbers of its kind belong into parameters = { rest = ... }; known keys: type, joint, body",
+        ),
+        (["forces"], {"cord": {"typo": "point_spring"}}, ".cord.typo", "did you mean 'type'?"),
         (FOOT, [1], "", "expected a table, got a list"),
         ([*COMPONENT, "reverse_on"], "lft", "", "'lft' is none of 'left', 'never', 'right'; did you mean 'left'?"),
         ([*COMPONENT, "feedback"], 3, "", "expected a table, got a whole number"),

@@ -3,12 +3,12 @@
 import io
 import os
 import subprocess
-import sys
 from pathlib import Path
 
 import pytest
 from rich.table import Table
 
+from child_signals import PROGRAM
 from patience import PATIENCE
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
@@ -75,9 +75,8 @@ def test_every_error_is_one_line_without_escapes(error):
 
 
 def run(*arguments: object, folder: Path, **environment: str) -> subprocess.CompletedProcess[bytes]:
-    code = "from warpmuscle.cli.program import main; main()"
     return subprocess.run(
-        [sys.executable, "-c", code, *map(str, arguments)], cwd=folder, capture_output=True, timeout=PATIENCE,
+        [*PROGRAM, *map(str, arguments)], cwd=folder, capture_output=True, timeout=PATIENCE,
         env=os.environ | environment,
     )  # fmt: skip
 

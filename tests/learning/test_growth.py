@@ -11,6 +11,7 @@ from warpmuscle.learning.player import in_full
 from warpmuscle.scene.learning.task import GROWING
 from warpmuscle.scene.validation.scene import check_scene
 
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 EPISODE = 0.2  # s, in which nothing falls
 
 

@@ -84,13 +84,13 @@ def test_instances_that_are_variants_of_a_body_have_them_too():
 
 
 def test_costs_grow_evenly_to_all_that_rewards_take_off_also_by_terms_of_the_objective():
-    rewards = Rewards(effort=5.0, custom={"applied_torque": 0.01})
+    rewards = Rewards(effort=5.0, custom={"smoothness": 0.01})
     task = Task(variation=STILL, rewards=rewards, tightening=Tightening(decisions=100, costs=0.2))
     batch = EpisodeBatch("reflex_planar", 2, "cpu", task, threads=1)
-    effort, custom = batch.judge.names.index("effort"), batch.judge.names.index("applied_torque") - COUNT
+    effort, custom = batch.judge.names.index("effort"), batch.judge.names.index("smoothness") - COUNT
 
     def costs() -> list[float]:
-        """Of the first decision: by effort, and by torques."""
+        """Of the first decision: by effort, and by rough motion."""
         batch.reset(0)
         batch.step()
         gains = batch.judge.gains
@@ -105,10 +105,8 @@ def test_costs_grow_evenly_to_all_that_rewards_take_off_also_by_terms_of_the_obj
 
 def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_these():
     first = {"speed": 5.0, "speed_width": 2.0, "overload": 3.0, "progress": 4.0, "force_limit": 0.5}
-    last = Rewards(
-        speed=15.0, speed_width=0.4, overload=7.0, progress=0.0, custom={"applied_torque": 0.01, "head": 2.0}
-    )
-    tightening = Tightening(held=100, decisions=300, rewards=first, custom={"applied_torque": 0.05})
+    last = Rewards(speed=15.0, speed_width=0.4, overload=7.0, progress=0.0, custom={"smoothness": 0.01, "head": 2.0})
+    tightening = Tightening(held=100, decisions=300, rewards=first, custom={"smoothness": 0.05})
 
     def sums(rewards: Rewards, told: Tightening | None, decisions: int) -> tuple[np.ndarray, np.ndarray]:
         """What each reward of the first two decisions was worth."""
@@ -122,7 +120,7 @@ def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_thes
 
     for decisions, part in ((0, 0.0), (100, 0.0), (150, 0.25), (300, 1.0), (10**12, 1.0)):
         numbers = {name: one + part * (getattr(last, name) - one) for name, one in first.items()}
-        custom = {"applied_torque": 0.05 + part * (0.01 - 0.05), "head": 2.0}
+        custom = {"smoothness": 0.05 + part * (0.01 - 0.05), "head": 2.0}
         got = sums(last, tightening, decisions)
         expected = sums(msgspec.structs.replace(last, custom=custom, **numbers), None, 0)
         for one, other in zip(got, expected, strict=True):
@@ -132,19 +130,19 @@ def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_thes
 
 
 def test_what_counts_at_a_speed_counts_less_where_another_is_wanted():
-    def torques(at_speed: dict[str, tuple[float, float]], wanted: float) -> float:
-        """What the torques of the first decision cost."""
-        rewards = Rewards(custom={"applied_torque": 0.01}, at_speed=at_speed)
+    def roughness(at_speed: dict[str, tuple[float, float]], wanted: float) -> float:
+        """What the rough motion of the first decision cost."""
+        rewards = Rewards(custom={"smoothness": 0.01}, at_speed=at_speed)
         batch = EpisodeBatch("reflex_planar", 1, "cpu", Task(variation=STILL, rewards=rewards, speed=(wanted, wanted)))
         batch.step()
         return float(batch.judge.gains.custom_sums.numpy()[0, 0])
 
-    whole = torques({}, 1.2)
+    whole = roughness({}, 1.2)
     assert whole < 0.0
     for wanted in (1.2, 1.5, 0.5):
         share = np.exp(-(((wanted - 1.2) / 0.4) ** 2))
-        assert torques({"applied_torque": (1.2, 0.4)}, wanted) == pytest.approx(share * whole, rel=1e-5)
-    assert torques({}, 0.5) == whole
+        assert roughness({"smoothness": (1.2, 0.4)}, wanted) == pytest.approx(share * whole, rel=1e-5)
+    assert roughness({}, 0.5) == whole
 
 
 @pytest.mark.parametrize(

@@ -10,17 +10,15 @@ import pytest
 
 import warpmuscle
 
-FUNCTION = '''
+FUNCTIONS = '''
 @wp.func
 def altitude(instance: int, model: ModelRef, state: StateRef, work: ScratchRef) -> float:
     """Height of the centre of mass, m."""
     return work.center[0][1]
 
 
-def _functions('''
-REMEMBERING = '''
 @wp.func
-def altitude(
+def kept_altitude(
     instance: int, model: ModelRef, state: StateRef, work: ScratchRef, memory: wp.array[float]
 ) -> float:
     """Height of the root, m, by way of a memory, and negative: what is earned counts the other way."""
@@ -29,18 +27,21 @@ def altitude(
 
 
 def _functions('''
-DECLARED = ', "instance", memory=1, stage="accelerations", sign="earned"),'
-TERM = '_TERMS = (Term("altitude", "m s", "height of the centre of mass, over time", "instance"),'
-CASES = "nothing", "nothing, with a memory", "function", "term", "its scope"
+TERMS = """_TERMS = (
+    Term("altitude", "m s", "height of the centre of mass, over time", "instance"),
+    Term("kept_altitude", "m s", "the same, kept", "instance", memory=1, stage="accelerations", sign="earned"),
+"""
+CASES = "nothing", "function", "term", "its scope"
 PROGRAM = """
 import warp as wp
 wp.config.optimization_level, wp.config.use_precompiled_headers = 0, False  # for a single kernel
 import warpmuscle as wm
 scene = wm.load("fwalk")
 scene.duration, scene.objective.torque, scene.objective.altitude = 0.1, 0.0, 2.0
+scene.objective.kept_altitude = 3.0
 rollout = wm.Rollout(scene, 1, "cpu")
 rollout.run()
-print(rollout.terms()["altitude"][0], rollout.cost()[0])
+print(rollout.terms()["altitude"][0], rollout.terms()["kept_altitude"][0], rollout.cost()[0])
 """
 
 
@@ -67,17 +68,17 @@ def replace_text(package: Path, file: str, old: str, new: str, number: int) -> N
 @pytest.mark.parametrize("left_out", CASES)
 def test_the_recipe_for_a_term_works_and_says_what_was_forgotten(left_out: str, package: Path):
     number = CASES.index(left_out)
-    function = "\ndef _functions(" if left_out == "function" else REMEMBERING if "memory" in left_out else FUNCTION
+    function = "\ndef _functions(" if left_out == "function" else FUNCTIONS
     replace_text(package, "kernels/objective/term_functions.py", "\ndef _functions(", function, number)
-    term = TERM.replace(', "instance"),', DECLARED) if "memory" in left_out else TERM
-    term = term.replace('"instance"', '"body"') if left_out == "its scope" else term
+    term = TERMS.replace('"instance"', '"body"', 1) if left_out == "its scope" else TERMS
     term = "_TERMS = (" if left_out == "term" else term
     replace_text(package, "kernels/objective/objective_terms.py", "_TERMS = (", term, number)
     done = run(package.parent)
-    if left_out.startswith("nothing"):
-        value, cost = map(float, done.stdout.split()[-2:])
+    if left_out == "nothing":
+        value, kept, cost = map(float, done.stdout.split()[-3:])
         assert 0.05 < value < 0.15
-        assert cost == pytest.approx(2.0 * value)
+        assert 0.05 < kept < 0.15
+        assert cost == pytest.approx(2.0 * value + 3.0 * kept)
     else:
         missing = {
             "function": "term altitude of objective/objective_terms.py in kernels has no function",

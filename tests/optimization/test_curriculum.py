@@ -3,7 +3,6 @@
 import dataclasses
 import signal
 import subprocess
-import sys
 
 import h5py
 import numpy as np
@@ -11,7 +10,7 @@ import pytest
 from msgspec.structs import replace as changed
 from typer.testing import CliRunner
 
-from child_signals import running
+from child_signals import PROGRAM, running
 from killing import killed_at
 from patience import for_a_moment, ticking, until
 from same_values import assert_same
@@ -242,10 +241,9 @@ def test_kill_of_the_process_loses_nothing(scene, tmp_path):
     scene = changed(scene, stages=stages)
     toml.write(scene, tmp_path / "a.toml")
     arguments = ["optimize", str(tmp_path / "a.toml"), "--search", "cma", "--population", "6", "--candidates", "900"]
-    code = "from warpmuscle.cli.program import main; main()"
     path = tmp_path / "a.h5"
     for more in ([*arguments, "--device", "cpu", "-o", str(path)], ["optimize", "--resume", str(path)]):
-        with running([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
+        with running([*PROGRAM, *more], stderr=subprocess.DEVNULL) as process:
             until(path.exists, process)  # a quick machine may have come to the end by the time of the kill
             for_a_moment(np.random.default_rng().uniform(0.1, 0.8))
             process.send_signal(signal.SIGKILL)

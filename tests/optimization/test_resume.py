@@ -2,7 +2,6 @@
 
 import signal
 import subprocess
-import sys
 import warnings
 from contextlib import ExitStack
 from pathlib import Path
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from child_signals import running
+from child_signals import PROGRAM, running
 from killing import Killed, killed_at
 from patience import for_a_moment, until
 from same_values import assert_same
@@ -175,7 +174,6 @@ def test_a_file_with_less_of_the_motion_is_written_once_and_what_is_returned_has
 def test_kill_of_the_process_loses_nothing(tmp_path):
     many = "1000000"  # more than any machine evaluates before it is killed
     arguments = ["optimize", "fwalk", "--duration", "0.2", "--search", "cma", "--candidates", many, "--seed", "4"]
-    code = "from warpmuscle.cli.program import main; main()"
     path, evaluated = tmp_path / "a.h5", []
     rng = np.random.default_rng()
 
@@ -184,7 +182,7 @@ def test_kill_of_the_process_loses_nothing(tmp_path):
 
     for more in ([*arguments, "-o", str(path)], *[["optimize", "--resume", str(path)]] * 2):
         before = size(journal_path(path))
-        with running([sys.executable, "-c", code, *more], stderr=subprocess.DEVNULL) as process:
+        with running([*PROGRAM, *more], stderr=subprocess.DEVNULL) as process:
             until(lambda before=before: size(journal_path(path)) != before and path.exists(), process)
             for_a_moment(rng.uniform(0.0, 0.9))
             process.send_signal(signal.SIGKILL)

@@ -118,6 +118,7 @@ def test_a_run_that_diverges_at_once_says_so_and_has_nothing_to_show(tmp_path: P
             run[name]
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_curve_that_a_run_does_not_have_is_not_answered_by_its_own_name():
     arm = wm.simulate(muscle_scene(), 0.3, device="cpu")
     with pytest.raises(wm.Error) as told:

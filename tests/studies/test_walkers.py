@@ -23,6 +23,7 @@ from warpmuscle.simulation.rollout import Rollout
 from warpmuscle.studies.walkers import Nerves, PolicyWalker, SceneWalker, loaded, under
 
 TASK = Task(speed=(0.8, 1.6))
+pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 SHORT = 0.3  # s
 
 

@@ -4,7 +4,6 @@ import io
 import os
 import signal
 import subprocess
-import sys
 from contextlib import AbstractContextManager, ExitStack
 from pathlib import Path
 
@@ -13,7 +12,7 @@ import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from child_signals import running
+from child_signals import PROGRAM, running
 from described import assert_described
 from patience import PATIENCE, until
 from small_disk import disk_of
@@ -105,11 +104,8 @@ def test_same_sweep_again_changes_nothing(done):
 
 
 def started(folder: Path, *more: str) -> AbstractContextManager[subprocess.Popen]:
-    code = "from warpmuscle.cli.program import main; main()"
     arguments = ["sweep", "small.toml", "--device", "cpu", "-o", "small.h5", *more]
-    return running(
-        [sys.executable, "-c", code, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True
-    )
+    return running([*PROGRAM, *arguments], cwd=folder, stderr=subprocess.PIPE, stdout=subprocess.PIPE, text=True)
 
 
 def wait_for_generations(folder: Path, more: int, process: subprocess.Popen) -> int:

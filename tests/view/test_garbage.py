@@ -9,14 +9,13 @@ import signal
 import socket
 import struct
 import subprocess
-import sys
 from collections.abc import Iterator
 from pathlib import Path
 
 import numpy as np
 import pytest
 
-from child_signals import running
+from child_signals import PROGRAM, running
 from live_viewer import (
     PATIENCE,
     Place,
@@ -187,15 +186,7 @@ def test_broken_connections_and_frames_do_no_harm(live):
 @contextlib.contextmanager
 def command_line(folder: Path) -> Iterator[subprocess.Popen[str]]:
     """The viewer as a command, killed at the latest when it is no longer needed."""
-    command = [
-        sys.executable,
-        "-c",
-        "from warpmuscle.cli.program import main; main()",
-        "view",
-        "fwalk",
-        "--live",
-        "--no-open",
-    ]
+    command = [*PROGRAM, "view", "fwalk", "--live", "--no-open"]
     given = {"stdout": subprocess.PIPE, "stderr": subprocess.PIPE, "text": True, "cwd": folder}
     with running(command, env=os.environ | {"PYTHONUNBUFFERED": "1"}, **given) as run:
         yield run

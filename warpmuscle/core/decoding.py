@@ -117,8 +117,10 @@ def _explained(text: str, data: Any, type_: type[Any], prefix: list[str], keys: 
     path = ".".join(prefix + keys)
     if unknown := re.fullmatch(r"Object contains unknown field `(.*)`", text, re.DOTALL):
         name, known = unknown[1], _fields(type_, data, keys)
-        near = difflib.get_close_matches(name, known, n=1)
-        hint = f"did you mean {near[0]!r}? " if near else ""
+        has_parameters = "parameters" in known
+        near = difflib.get_close_matches(name, known, n=1, cutoff=0.75 if has_parameters else 0.6)
+        hint = f"numbers of its kind belong into parameters = {{ {name} = ... }}; " if has_parameters else ""
+        hint = f"did you mean {near[0]!r}? " if near else hint
         if keys and not prefix and name in _fields(type_, data, []):
             hint = "it is one of the whole file and belongs above the first table; "
         known_keys = f"known keys: {', '.join(known)}" if known else "no key is known here"

@@ -14,7 +14,7 @@ from warpmuscle.core.errors import ResultError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.records import Best, Result
 
-ALL, BEST = KEPT = ("all", "best")  # candidates that the result of a run of a sweep keeps
+ALL, BEST = "all", "best"  # candidates that the result of a run of a sweep keeps
 
 
 def brief(result: Result) -> Result:

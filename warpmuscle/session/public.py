@@ -36,5 +36,5 @@ PUBLIC: dict[str, tuple[str, ...]] = {  # by module
     "simulation.devices": ("find_device",),
     "studies.inverse_dynamics": ("inverse_dynamics", "points_of"),
     "studies.muscle_table": ("MuscleTable", "PathGeometry"),
-    "studies.poses": ("initial_coordinates",),
+    "studies.poses": ("initial_coordinates", "prescribed_coordinates"),
 }

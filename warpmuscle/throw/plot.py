@@ -8,7 +8,6 @@ from typing import Any
 
 import numpy as np
 
-from warpmuscle.core.array_types import Floats
 from warpmuscle.plots.style import matplotlib, save
 from warpmuscle.throw.arm import hand_position, joint_positions, states
 from warpmuscle.throw.fit import Fitted
@@ -138,20 +137,3 @@ def _draw_changes(row: Any, follower: Follower, throw: Throw, color: str) -> Non
         axes.axvline(throw.release, color="#909090", linewidth=0.6)
         axes.set_title(f"C{k + 1}{' (may change)' if k in throw.synergies else ''}")
         axes.set_ylim(-0.03, 1.03)
-
-
-def draw_trade(path: str | Path, curves: Sequence[tuple[str, Floats, Floats]]) -> None:
-    """Draw accuracy, 1 - r2, against correlation with the extracted signals, one curve a name.
-
-    Args:
-        curves: name, correlation (K,), and worst r2 of any joint (K,).
-    """
-    with matplotlib().rc_context(STYLE):
-        figure = matplotlib().figure.Figure(figsize=(6.0, 4.0), layout="constrained")
-        axes = figure.subplots()
-        for (name, correlation, r2), color in zip(curves, COLORS, strict=False):
-            axes.semilogy(correlation, np.maximum(1.0 - r2, 1e-7), marker="o", color=color, label=name)
-        axes.set_xlabel("correlation of fitted with extracted signals")
-        axes.set_ylabel("1 - r2, least followed joint")
-        axes.legend(fontsize=8)
-        save(figure, path)

@@ -59,10 +59,23 @@ def test_what_is_included_is_looked_at_too(tmp_path: Path):
     )
 
 
-def test_files_that_include_each_other_end(tmp_path: Path):
-    pytest.importorskip("mujoco")
+def test_files_that_include_each_other_are_named(tmp_path: Path):
     (tmp_path / "part.xml").write_text("<mujocoinclude><include file='part.xml'/></mujocoinclude>")
-    assert "MuJoCo cannot compile it" in refused(tmp_path / "model.xml", "<mujoco><include file='part.xml'/></mujoco>")
+    said = refused(tmp_path / "model.xml", "<mujoco><include file='part.xml'/></mujoco>")
+    assert said.endswith("part.xml: files include each other: 'part.xml' includes 'part.xml'")
+    (tmp_path / "part.xml").write_text("<mujocoinclude><include file='more.xml'/></mujocoinclude>")
+    (tmp_path / "more.xml").write_text("<mujocoinclude><include file='./part.xml'/></mujocoinclude>")
+    said = refused(tmp_path / "model.xml", "<mujoco><include file='part.xml'/></mujoco>")
+    assert "more.xml: files include each other: 'part.xml' includes 'more.xml' includes 'part.xml'" in said
+
+
+def test_files_that_two_include_are_no_ring(tmp_path: Path):
+    pytest.importorskip("mujoco")
+    for name, text in (("a", "<include file='c.xml'/>"), ("b", "<option gravity='0 0 -1'/>"), ("c", BODY)):
+        (tmp_path / f"{name}.xml").write_text(f"<mujocoinclude>{text}</mujocoinclude>")
+    path = tmp_path / "model.xml"
+    path.write_text("<mujoco><include file='a.xml'/><include file='b.xml'/></mujoco>")
+    assert compiled(path).nv == 1
 
 
 def test_errors_of_the_compiler_have_their_line(tmp_path: Path):

@@ -21,6 +21,7 @@ import warp as wp
 from common import COLORS, STYLE, plt
 from scipy.ndimage import gaussian_filter1d
 
+from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
 from warpmuscle.kernels.curve import curves
 from warpmuscle.throw.arm import Arm
@@ -30,7 +31,7 @@ from warpmuscle.throw.follow import Follower
 from warpmuscle.throw.goals import Goal
 from warpmuscle.throw.job import Job, JobOptions
 from warpmuscle.throw.motion import RATE
-from warpmuscle.throw.plot import draw_fit, draw_throws, draw_trade
+from warpmuscle.throw.plot import draw_fit, draw_throws
 from warpmuscle.throw.published import Published
 
 # Gains, shift (s, positive: early), noise and floor, each in parts of an activation.
@@ -41,6 +42,16 @@ CORRUPTIONS = {
     "hard, early": (0.6, 0.06, 0.6, 0.1),
     "hard, late": (0.6, -0.06, 0.6, 0.1),
 }
+
+
+def trade_figure(path: Path, correlation: Floats, r2: Floats) -> None:
+    """Accuracy, 1 - r2 of the least followed joint, over the correlation with the extracted signals."""
+    with plt.rc_context(STYLE):
+        figure, axes = plt.subplots(figsize=(6.0, 4.0), layout="constrained")
+        axes.semilogy(correlation, np.maximum(1.0 - r2, 1e-7), marker="o", color=COLORS[0])
+        axes.set_xlabel("correlation of fitted with extracted signals")
+        axes.set_ylabel("1 - r2, least followed joint")
+        figure.savefig(path, dpi=140)
 
 
 def curve_figure(path: Path) -> None:
@@ -152,7 +163,7 @@ def main(
     draw_fit(output / "signals.png", job.follower, fitted, published)
     trade = [a for _, a in job.curve()]
     worst = np.array([np.median(a.r2.min(axis=1)) for a in trade])
-    draw_trade(output / "trade.png", [("computed signals", np.array([np.median(a.correlation) for a in trade]), worst)])
+    trade_figure(output / "trade.png", np.array([np.median(a.correlation) for a in trade]), worst)
     ball = Job(load("throw_ball"), [], JobOptions())
     ball.fit()
     throws = ball.throw([Goal(distance=distance) for distance in (2.0, 4.0, 7.0)])

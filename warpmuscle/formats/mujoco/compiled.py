@@ -84,9 +84,12 @@ def _look_at_skeleton(path: Path) -> str:
 
 def _look(path: Path, folder: Path) -> None:
     """Raise SceneError unless a file and all that it includes are such as `compiled` takes."""
-    left, seen = [path], set[Path]()
+    left, seen = [(path, (path,))], set[Path]()
     while left:
-        file = left.pop()
+        file, way = left.pop()
+        if file in way[:-1]:  # MuJoCo 3.2 crashes of it
+            names = " includes ".join(repr(one.name) for one in way[way.index(file) :])
+            raise SceneError(f"files include each other: {names}", file=way[-2])
         if file in seen:
             continue
         seen.add(file)
@@ -94,7 +97,7 @@ def _look(path: Path, folder: Path) -> None:
             raise SceneError(f"it includes more than {MOST_FILES} files", file=path)
         for name in _Look(file, "mujoco" if file == path else "", "a model of MuJoCo").included:
             near = [base / name for base in (folder, file.parent) if (base / name).is_file()]
-            left += near[:1]  # the compiler tells what is not there
+            left += [(one, (*way, one)) for one in near[:1]]  # the compiler tells what is not there
 
 
 def as_mujoco_takes(text: bytes) -> str:

@@ -7,7 +7,6 @@ stand at 0.530 of that (Drillis, Contini 1966).
 
 from __future__ import annotations
 
-SOURCE = "van der Zee 2022"
 LEG_LENGTH = 0.530 * 1.758  # m, from hip to sole
 SPEEDS = (0.7, 0.9, 1.1, 1.4, 1.6, 1.8, 2.0)  # m/s
 STRIDE_FREQUENCY = (0.671, 0.751, 0.849, 0.964, 1.006, 1.053, 1.140)  # Hz, at each speed

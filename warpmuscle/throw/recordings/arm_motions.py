@@ -10,17 +10,19 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError, SignalError
+from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.plain_text import few_of, number_of
 from warpmuscle.core.pose import twist_angle
 from warpmuscle.scene import Scene
 from warpmuscle.scene.joints import joint_type, root_type
-from warpmuscle.simulation.rollout import Rollout
+from warpmuscle.studies.poses import prescribed_coordinates
 from warpmuscle.throw.arm import X_AXIS, Arm, joint_positions
 from warpmuscle.throw.motion import PITCH, PLACE, RATE, ArmMotion, without_stillness
 from warpmuscle.throw.recordings.motion_files import TO_GRAVITY, read
 from warpmuscle.throw.recordings.smoothing import NOISY, noise, removed
 
 LEAST_RANGE = np.radians(3.0)  # of the angle of a joint that muscles move
+LATE = 1e-6  # of a sample, by which the last one may miss the end of a scene
 BEYOND = np.radians(1.0)  # by which a recorded angle may exceed a joint's limits
 CONVENTIONS = (
     ("its negative", -1.0, 0.0), ("180 deg less it", -1.0, 180.0), ("90 deg more", 1.0, 90.0),
@@ -54,13 +56,8 @@ def motion_of(scene: Scene, arm: Arm) -> ArmMotion:
         if name not in scene.motion or not _complete(scene, name):
             raise SceneError(f"{scene.name} has no motion of {name!r}; name files with motions", key="motion")
     actuation = arm.actuation(dict.fromkeys(arm.joints, "kinematic"))
-    rollout = Rollout(
-        msgspec.structs.replace(scene, actuation=actuation), 1, "cpu", record=[0], record_rate=RATE,
-        quantities=["coordinates", "speeds"],
-    )  # fmt: skip
-    rollout.run()
-    coordinates = np.concatenate([rollout.recorded("coordinates")[0], rollout.state.coordinates.numpy()]).astype(float)
-    time = np.arange(len(coordinates)) / RATE
+    time = np.arange(int(first_number(arm.plain.duration) * RATE + LATE) + 1) / RATE
+    coordinates = prescribed_coordinates(msgspec.structs.replace(scene, actuation=actuation), time)
     root = root_type(scene.character)
     pitch = np.unwrap(twist_angle(root.motion(coordinates).orientation, X_AXIS)) if root.speeds else np.zeros(len(time))
     place = joint_positions(arm, coordinates)[0][:, [2, 1]]
