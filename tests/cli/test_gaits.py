@@ -4,10 +4,11 @@ import csv
 import json
 from pathlib import Path
 
+import numpy as np
 import pytest
 from typer.testing import CliRunner
 
-from small_result import walk_result
+from small_result import walk_result, with_arrays
 from warpmuscle.cli.console import print_gait
 from warpmuscle.cli.program import app
 from warpmuscle.core.errors import Error
@@ -121,6 +122,18 @@ def test_a_run_prints_both_energies_by_name(capsys):
     assert strict > net
     told = capsys.readouterr().out
     assert f"by Bhargava {net:.2f} J/(kg m) net, {strict:.2f} strict (people who walk: 3.05 to 3.51)" in told
+
+
+def test_where_no_step_is_counted_it_says_what_a_step_is(capsys):
+    """As of an animal whose feet are in the air for less than 0.2 s."""
+    result = walk_result()
+    scene, motion = Subject(result, Choices()).scene, result.replays[0]
+    print_gait(scene, motion)
+    assert "feet make one" not in capsys.readouterr().out
+    loaded = np.where((motion.time % 0.4 < 0.22)[:, None], [0.0, 350.0, 0.0], 0.0)
+    print_gait(scene, with_arrays(motion, foot_force_left=loaded, foot_force_right=loaded[::-1]))
+    told = capsys.readouterr().out
+    assert "0 steps; feet make one that land in turn, each after 0.2 s off the ground or more)" in told
 
 
 def test_no_animal_with_bent_legs_is_told_what_people_spend(capsys, monkeypatch: pytest.MonkeyPatch):

@@ -216,6 +216,7 @@ class GaitPrinter:
 def print_gait(scene: Scene, recording: Recording) -> Gait | None:
     """Print speed, step length, cadence and cost of transport of a scene with feet."""
     from warpmuscle.gait.measures import measure
+    from warpmuscle.scene.ground import LIFTED
 
     if scene.feet is None or recording.frames == 0:
         return None
@@ -223,7 +224,8 @@ def print_gait(scene: Scene, recording: Recording) -> Gait | None:
     text = f"speed {gait.speed_forward:.3f} m/s"
     if gait.step_length is not None and gait.cadence is not None:
         text += f", step length {gait.step_length:.3f} m, cadence {gait.cadence:.1f} steps/min"
-    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {number_of(gait.steps, 'step')})")
+    rule = "" if gait.steps else f"; feet make one that land in turn, each after {LIFTED:g} s off the ground or more"
+    out.print(f"{text} (from {gait.start:.3g} s to {gait.end:.3g} s, {number_of(gait.steps, 'step')}{rule})")
     _print_cost(scene, recording.window(gait.start), gait.speed_horizontal)
     return gait
 

@@ -10,6 +10,8 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.array_types import Floats, Integers
 
+UNEVEN = 0.01  # of the mean distance, by which times that count as even may differ
+
 
 def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
     """Values (F, ...) at times (F,), in order, as they are at moments (...): linearly between, constant beyond.
@@ -22,6 +24,12 @@ def at_moments(time: Floats, values: NDArray[Any], moments: Floats) -> Floats:
     part = np.clip((moments - clock[after - 1]) / (clock[after] - clock[after - 1]), 0.0, 1.0)
     part = part.reshape(part.shape + (1,) * (values.ndim - 1))
     return np.asarray((1.0 - part) * values[after - 1] + part * values[after])
+
+
+def are_even(times: Floats) -> bool:
+    """Whether times (n,), two or more and in order, are as far apart as each other."""
+    steps = np.diff(times)
+    return bool(np.ptp(steps) <= UNEVEN * steps.mean())
 
 
 def reaches_over(clock: Floats, first: float, last: float) -> bool:

@@ -10,7 +10,7 @@ from __future__ import annotations
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
-from warpmuscle.core.sequences import mirrored
+from warpmuscle.core.sequences import are_even, mirrored
 from warpmuscle.gait.cycles import body_weight
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.measures import heading
@@ -22,7 +22,6 @@ from warpmuscle.scene import Scene
 # How norms of the vertical force were filtered is not known, so they get the mildest of the usual filters.
 FORE_AFT, VERTICAL = 20.0, 50.0
 ORDER = 4  # of Butterworth's filter without lag, as of one of second order that is run forwards and backwards
-UNEVEN = 0.01  # of the mean step, by which times may miss even ones
 LEAST_FRAMES = 4
 SETTLED = 5.0  # periods of the cut-off, after which the filter has forgotten a jump
 
@@ -36,9 +35,8 @@ def low_passed(time: Floats, values: Floats, cutoff: float) -> Floats:
     at, given = np.asarray(time, dtype=float), np.asarray(values, dtype=float)
     if len(at) < LEAST_FRAMES or at[-1] <= at[0]:
         return given
-    steps = np.diff(at)
-    even = bool(np.ptp(steps) <= UNEVEN * steps.mean())
-    count = len(at) if even else round((at[-1] - at[0]) / float(np.median(steps))) + 1
+    even = are_even(at)
+    count = len(at) if even else round((at[-1] - at[0]) / float(np.median(np.diff(at)))) + 1
     rate = (count - 1) / (at[-1] - at[0])
     if cutoff >= 0.5 * rate:
         return given

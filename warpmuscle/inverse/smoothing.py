@@ -11,11 +11,10 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import ArgumentError
-from warpmuscle.core.sequences import mirrored
+from warpmuscle.core.sequences import are_even, mirrored
 
 ORDER = 3  # of the filter, one way
 SLOWEST = 5.0  # Hz, below which nobody records
-UNEVEN = 0.01  # of the mean distance, by which times may miss even ones
 LEAST = {5: 6, 3: 4, 1: 2}  # values that a natural spline of a degree is made of
 
 
@@ -38,9 +37,8 @@ def low_pass(times: Floats, values: Floats, cutoff: float) -> tuple[Floats, Floa
 
     if len(times) < 4:
         raise ArgumentError(f"a low-pass filter needs 4 frames at least, not {len(times)}")
-    step = np.diff(times)
-    even = bool(np.ptp(step) <= UNEVEN * step.mean())
-    rate = (len(times) - 1) / (times[-1] - times[0]) if even else 1.0 / step.min()
+    even = are_even(times)
+    rate = (len(times) - 1) / (times[-1] - times[0]) if even else 1.0 / np.diff(times).min()
     if not 0.0 < cutoff < 0.5 * rate:
         slow = "; are its times in seconds?" if rate < SLOWEST else ""
         raise ArgumentError(f"the filter's cut-off, {cutoff:g} Hz, must lie between 0 and {0.5 * rate:g} Hz, "

@@ -19,7 +19,7 @@ from warpmuscle.view.curves import panels_of
 from warpmuscle.view.editing.parameters import ParameterSliders
 from warpmuscle.view.editor import ASKS, Editor
 from warpmuscle.view.live_run import FARTHEST, FASTEST, SPEED_RATE, TURN_RATE, LiveRun, can_change_speed
-from warpmuscle.view.messages import Edit, Pushed, Used, read_edit, read_message, read_push
+from warpmuscle.view.messages import Edit, Heard, Pushed, Used, read_edit, read_message, read_push
 from warpmuscle.view.page import ground_content, page_of
 from warpmuscle.view.server import PROTOCOL, Message, PageServer
 from warpmuscle.view.track import Track
@@ -67,6 +67,7 @@ class Live(Viewer):
         self.editor = None if run.given is None else Editor(run.given)
         self._epoch, self._sent_until = 0, -1.0
         self._asked: list[Edit] = []  # what pages want to have of the scene as it is
+        self._heard, self._edited = Heard(), False  # the latter: pages wait to be told what came of an edit
         self._refreshed = self._ended = 0.0
         self._ground = ground_content(run.numeric)  # that pages know
         self._pushed: tuple[float, str] | None = None  # s at the last push since the start, and its words
@@ -202,37 +203,39 @@ class Live(Viewer):
 
     def _hear(self, raw: Message) -> None:
         """Note what a page sends, to be done between two steps."""
-        message = read_message(raw, len(self.controls))
-        edit = read_edit(raw) if message is None else None
-        push = read_push(raw) if message is None and edit is None else None
-        if edit is not None and self.editor is not None and self.editor.takes(edit):
-            self._waiting.append(edit)
-        elif push is not None:
-            self._waiting.append(push)
-        elif message is not None and self.controls[message.control].bounded(message.value) is not None:
+        message = read_message(raw, len(self.controls)) or read_edit(raw) or read_push(raw)
+        if message is not None and self._takes(message):
             self._waiting.append(message)
-        else:
-            self.server.guard.tell("message", "no control of the viewer sends such a one")
+            return
+        if message is not None:
+            self._heard.note(message)
+        self.server.guard.tell("message", "no control of the viewer sends such a one")
+
+    def _takes(self, message: Used | Edit | Pushed) -> bool:
+        if isinstance(message, Edit):
+            return self.editor is not None and self.editor.takes(message)
+        return isinstance(message, Pushed) or self.controls[message.control].bounded(message.value) is not None
 
     def _use_waiting(self) -> None:
         waiting, self._waiting = self._waiting, []
         values: dict[int, Any] = {}
         for message in waiting:
+            self._heard.note(message)
             if isinstance(message, Edit):
                 self._use_edit(message)
-                continue
-            if isinstance(message, Pushed):
+            elif isinstance(message, Pushed):
                 self._push_by_hand(message)
-                continue
-            control = self.controls[message.control]
-            taken = use(control, message.value)
-            if taken is not None and not isinstance(control, Button):
-                values[message.control] = taken
+            else:
+                control = self.controls[message.control]
+                taken = use(control, message.value)
+                if taken is not None and not isinstance(control, Button):
+                    values[message.control] = taken
         if values:
             self._tell({"values": values})
 
     def _use_edit(self, edit: Edit) -> None:
         assert self.editor is not None
+        self._edited = True
         if edit.edit in ASKS:
             self._asked.append(edit)
         if why := self.editor.use(edit):
@@ -253,6 +256,9 @@ class Live(Viewer):
             if parts is None:
                 self._tell({"doll": moving_content(self.run.track().doll, self.run.numeric)})
             self._tell({**why, "edits": editor.values(), "values": self._parameter_values(editor)})
+        elif editor is not None and self._edited:
+            self._tell({"edits": editor.values()})
+        self._edited = False
         asked, self._asked = self._asked, []
         if editor is not None:
             for edit in {(one.edit, one.target): one for one in asked}.values():
@@ -342,7 +348,7 @@ class Live(Viewer):
             ground = ground_content(self.run.numeric)
             edits = {} if self.editor is None else {"edits": self.editor.values()}
             known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground, **edits}
-            return [json.dumps(known), frames]
+            return [json.dumps(known | self._heard.told()), frames]
 
     def _tell(self, what: dict[str, Any]) -> None:
-        self.server.tell(json.dumps(what))
+        self.server.tell(json.dumps(what | self._heard.told()))

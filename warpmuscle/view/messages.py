@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from typing import Literal
+from typing import Annotated, Any, Literal
 
 import msgspec
 
@@ -11,16 +11,25 @@ from warpmuscle.core.limits import GREATEST_NUMBER
 
 LARGEST = 1 << 12  # bytes of a message
 LONGEST = 1000  # letters of a value
+PAGES = 64  # whose messages are counted
+Whole = Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]  # that JavaScript counts without an error
 
 
-class Used(msgspec.Struct, forbid_unknown_fields=True):
+class Counted(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
+    """Which message of which page it is: from 1 on, and a number that the page has drawn; 0 where it does not count."""
+
+    page: Whole = 0
+    count: Whole = 0
+
+
+class Used(Counted, forbid_unknown_fields=True):
     """A control was used; whether it takes the value is the control's to say."""
 
     control: int
     value: bool | int | float | str
 
 
-class Edit(msgspec.Struct, forbid_unknown_fields=True):
+class Edit(Counted, forbid_unknown_fields=True):
     """A change of the scene's numbers; whether it can be made is for `view.editor` to say.
 
     Attributes:
@@ -40,10 +49,28 @@ class Edit(msgspec.Struct, forbid_unknown_fields=True):
     value: float | None = None
 
 
-class Pushed(msgspec.Struct, forbid_unknown_fields=True):
+class Pushed(Counted, forbid_unknown_fields=True):
     """The body was pushed by hand, by an impulse in the world, N s."""
 
     push: tuple[float, float, float]
+
+
+class Heard:
+    """How many messages of each page were used: by this it knows what it is told that is older than its words."""
+
+    def __init__(self) -> None:
+        self._counts: dict[int, int] = {}
+
+    def note(self, message: Counted) -> None:
+        """A message was used, or refused."""
+        if message.page:
+            self._counts[message.page] = max(self._counts.pop(message.page, 0), message.count)
+            while len(self._counts) > PAGES:
+                del self._counts[next(iter(self._counts))]
+
+    def told(self) -> dict[str, Any]:
+        """What pages are told of it."""
+        return {"heard": dict(self._counts)} if self._counts else {}
 
 
 _decoder = msgspec.json.Decoder(Used)

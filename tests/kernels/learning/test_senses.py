@@ -31,7 +31,7 @@ LEAST, GREATEST = -0.5, 1.0  # of an action, beyond which it does no more
 TYPES = (ROOT_FREE, BALL, FIXED, UNIVERSAL, HINGE)  # a chain whose last body is the head
 COORDINATES, SPEEDS = (7, 4, 0, 2, 1), (6, 3, 0, 2, 1)
 OF_ROOT = {ROOT_FREE: (7, 6), ROOT_PLANAR: (3, 3), ROOT_FIXED: (0, 0)}
-NORMAL, GROUND = (0.0, 0.8, 0.6), 0.15
+NORMAL, GROUND = (0.48, 0.8, 0.36), 0.15
 UP = np.array([0.0, 1.0, 0.0])
 
 
@@ -57,12 +57,13 @@ def drawn(request: pytest.FixtureRequest) -> dict[str, Any]:
         "push": random.normal(size=(N, 3)) * WEIGHT, "push_steps": np.stack([np.full(N, 4), np.full(N, 8)], axis=1),
         "step": 2 + np.arange(N) % 8, "varied": random.normal(size=(3, 4)), "variant": np.arange(N) % 3,
         "clock": random.random(N), "foot_force": random.normal(size=(N, 2, 3)) * WEIGHT,
-        "heading": random.normal(size=N), "side": random.normal(0.0, 1.2, N),
+        "heading": random.normal(size=N), "side": random.normal(0.0, 1.2, N), "custom": random.normal(size=(N, 2)),
+        "goal": random.normal(size=(N, 6)),
     }  # fmt: skip
 
 
-def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 1.0) -> np.ndarray:
-    """What the kernel says (instances, features)."""
+def state_of(d: dict[str, Any]) -> list[Any]:
+    """State, episodes and surroundings of the instances."""
     plan = {
         "joint_type": TYPES, "parent": (-1, 0, 1, 2, 3), "coordinate_start": d["first"][:-1],
         "speed_start": d["speed"][:-1],
@@ -79,13 +80,18 @@ def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 
     around = filled(
         Surroundings, root=d["root"], head=len(TYPES) - 1, skeleton=filled(Skeleton, plan=plan, row=row),
         normal=[[NORMAL]], ground=[[GROUND]], body_weight=WEIGHT, action=d["action"], varied=d["varied"],
+        custom=d["custom"], goal=d["goal"],
         least_action=LEAST, greatest_action=GREATEST,
     )  # fmt: skip
+    return [state, episodes, around]
+
+
+def observed(d: dict[str, Any], features: list[tuple[int, int]], scale: float = 1.0) -> np.ndarray:
+    """What the kernel says (instances, features)."""
     kind, index = np.transpose(features)
     given = filled(Features, feature={"kind": kind, "index": index, "scale": np.full(len(kind), scale)})
     result = wp.zeros((N, len(features)), device="cpu")
-    inputs = [given.feature, state, episodes, around, result]
-    wp.launch(senses.observe_now, result.shape, inputs, device="cpu")
+    wp.launch(senses.observe_now, result.shape, [given.feature, *state_of(d), result], device="cpu")
     return result.numpy().astype(float)
 
 
@@ -137,6 +143,12 @@ def yaw_of(rotation: np.ndarray) -> np.ndarray:
     return np.arctan2(rotation[:, 0, 2] - rotation[:, 2, 0], rotation[:, 0, 0] + rotation[:, 2, 2])
 
 
+def rise(facing: np.ndarray, across: np.ndarray, along: np.ndarray) -> np.ndarray:
+    """How much higher (N, k), m, the sloping ground is so far to the left and ahead of who faces there."""
+    way = np.einsum("nij,kj->nki", facing, np.stack([across, np.zeros(len(across)), along], axis=1))
+    return -(way @ np.array([NORMAL[0], 0.0, NORMAL[2]])) / NORMAL[1]
+
+
 def test_every_kind_of_feature_is_what_it_is_called(drawn: dict[str, Any]):
     d = drawn
     place, rotation, velocity, spin = root_motion(d)
@@ -159,9 +171,14 @@ def test_every_kind_of_feature_is_what_it_is_called(drawn: dict[str, Any]):
         senses.STANCE: d["stance"][:, None],
         senses.PUSH_FORCE: np.where(pushed, d["push"] / WEIGHT, 0.0), senses.VARIED: d["varied"][d["variant"]],
         senses.HEAD_UP: into(head, up), senses.HEAD_ANGULAR_VELOCITY: into(head, head_spin),
-        senses.CLOCK: np.stack([np.sin(clock), np.cos(clock)], axis=1),
+        senses.CLOCK: np.stack([np.sin(clock), np.cos(clock)], axis=1), senses.CUSTOM: d["custom"],
+        senses.GOAL: d["goal"],
+        senses.GOAL_POINT: np.hstack([into(facing, d["goal"][:, k : k + 3] - place) for k in range(4)]),
+        # three columns, 20 cm apart, from 40 cm behind on; strips to the right and left from 30 cm behind on
+        senses.GROUND: rise(facing, np.tile([-0.2, 0.0, 0.2], 9), np.repeat(0.2 * np.arange(-2, 7), 3)),
+        senses.FOOTING: rise(facing, np.tile([-0.1, 0.1], 12), np.repeat(0.1 * np.arange(-3, 9), 2)),
     }  # fmt: skip
-    assert sorted(expected) == list(range(senses.CLOCK + 1))
+    assert sorted(expected) == list(range(senses.LATER))
     features = [(kind, k) for kind, values in expected.items() for k in range(values.shape[1])]
     got = observed(d, features)
     for column, (kind, k) in enumerate(features):
@@ -193,6 +210,46 @@ def test_what_is_told_is_as_old_as_the_delay_and_noise_has_its_deviation():
         heard = result.numpy()[:, 3] - ring[:, (decision - 2) % SLOTS, 3]
         assert heard.std() == pytest.approx(0.25, rel=0.06)
         assert abs(heard.mean()) < 0.02
+
+
+@pytest.mark.parametrize("grows", [0, 1])
+def test_noise_and_delay_of_an_episode_reach_what_its_hardness_allows(grows: int):
+    count, noisier, late = 4000, 0.4, 3
+    hardness = np.where(np.arange(count) % 2, 1.0, 0.3)
+    features = filled(
+        Features,
+        feature={
+            "kind": [senses.NOISIER, senses.NOISIER, senses.LATER, senses.LATER], "scale": np.ones(4),
+            "noisier": [0.0, noisier, 0.0, 0.0], "late": [0, 0, 0, late], "noisier_grows": np.full(4, grows),
+            "late_grows": np.full(4, grows),
+        },
+    )  # fmt: skip
+    episodes = filled(Episodes, seed=[3], number=np.arange(count), hardness=hardness)
+    result = wp.zeros((count, 4), device="cpu")
+    inputs = [features.feature, filled(State), episodes, filled(Surroundings), result]
+    wp.launch(senses.observe_now, result.shape, inputs, device="cpu")
+    noise, delay = result.numpy()[:, :2], result.numpy()[:, 2:]
+    assert (noise[:, 0] == 0.0).all()
+    assert (delay[:, 0] == 0.0).all()
+    for of in np.unique(hardness):
+        most = of if grows else 1.0
+        drawn = noise[hardness == of, 1]
+        assert 0.0 <= drawn.min() < 0.01 < 0.99 * most * noisier < drawn.max() <= most * noisier + 1e-6
+        counted = np.bincount(delay[hardness == of, 1].astype(int), minlength=late + 1) / (count / 2)
+        wanted = np.diff(np.minimum(np.arange(late + 2) / (most * late + 1.0), 1.0))
+        np.testing.assert_allclose(counted, wanted, atol=0.04)
+
+
+def test_an_episode_that_begins_was_ever_so_and_others_keep_what_they_sensed(drawn: dict[str, Any]):
+    given = filled(Features, feature={"kind": [senses.PHASE, senses.CLOCK], "index": [0, 1], "scale": np.ones(2)})
+    state, episodes, around = state_of(drawn)
+    begins = np.arange(N) % 3 == 0
+    episodes.mask = wp.array(begins, dtype=bool, device="cpu")
+    ring = wp.full((N, SLOTS, 2), 7.0, device="cpu")
+    wp.launch(senses.sample_first, (N, 2), [given.feature, state, episodes, around, ring], device="cpu")
+    now = np.stack([drawn["phase"], np.cos(2.0 * np.pi * drawn["clock"])], axis=1)
+    expected = np.where(begins[:, None, None], now[:, None, :], 7.0)
+    np.testing.assert_allclose(ring.numpy(), np.broadcast_to(expected, ring.shape), atol=1e-6)
 
 
 def test_every_kind_of_feature_has_a_value():

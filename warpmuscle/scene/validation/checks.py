@@ -5,8 +5,8 @@ from __future__ import annotations
 import difflib
 import itertools
 import math
-from collections.abc import Iterable, Sequence
-from typing import Any, Self
+from collections.abc import Callable, Iterable, Sequence
+from typing import Any
 
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import LEAST_NUMBER, check_size
@@ -16,10 +16,64 @@ from warpmuscle.scene.parameters import PLAIN, distances_of_commands, leaves, na
 from warpmuscle.scene.part import Part, Range
 from warpmuscle.scene.units import declared
 
+Interval = tuple[float, float]  # the lowest and the highest value that a number can take
 
-def check_ranges(key: str, part: Any) -> None:
-    """All numbers below a key, none of which is free, are in the ranges that their fields declare; else SceneError."""
-    Checks.alone().ranges(key, part)
+
+def alone(number: Number) -> Interval:
+    """The interval of a number that is not free."""
+    assert not isinstance(number, Free)
+    return number, number
+
+
+def check_ranges(key: str, part: Any, interval: Callable[[Number], Interval] = alone) -> None:
+    """All numbers below a key are in the ranges that their fields declare, whatever a search does; else SceneError.
+
+    Args:
+        interval: what each of them can be; by default none is free.
+    """
+    if isinstance(part, Part):
+        ranges = declared(type(part), Range)
+        for field in part.__struct_fields__:
+            value = getattr(part, field)
+            if field in ranges:
+                _in_range(join(key, field), value, ranges[field], interval)
+            elif value is not None and type(value) not in PLAIN:
+                check_ranges(join(key, field), value, interval)
+    elif not isinstance(part, Free):
+        for name, member in named_members(part) or ():
+            if type(member) in PLAIN:
+                break  # a list or a table of plain values
+            check_ranges(f"{key}.{name}", member, interval)
+
+
+def _in_range(key: str, value: Any, declared: Range, interval: Callable[[Number], Interval]) -> None:
+    """A number, or each one of a list or table, is in a range; one that is not given is."""
+    members = named_members(value)
+    for name, member in () if members is None else members:
+        _in_range(f"{key}.{name}", member, declared, interval)
+    if members is None and value is not None:
+        _RANGES[declared](key, interval(value))
+
+
+def _positive(key: str, interval: Interval, bound: float = LEAST_NUMBER) -> None:
+    if interval[0] <= 0.0:
+        raise SceneError(f"must be greater than 0, is {interval[0]:g}", key=key)
+    if interval[0] < bound:
+        raise SceneError(f"must be at least {bound:g}, is {interval[0]:g}", key=key)
+
+
+def _not_negative(key: str, interval: Interval) -> None:
+    if interval[0] < 0.0:
+        raise SceneError(f"must not be negative, is {interval[0]:g}", key=key)
+
+
+def _fraction(key: str, interval: Interval) -> None:
+    least, greatest = interval
+    if least < 0.0 or greatest > 1.0:
+        raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=key)
+
+
+_RANGES = {Range.ABOVE_0: _positive, Range.FROM_0: _not_negative, Range.FRACTION: _fraction}
 
 
 class Checks:
@@ -35,14 +89,7 @@ class Checks:
         self.free = {key: number for key, number in self.every if isinstance(number, Free) and not number.same_as}
         self._ranges, self._distances = ranges_of_commands(to_check), distances_of_commands(to_check)
 
-    @classmethod
-    def alone(cls) -> Self:
-        """Of a part without a scene, whose numbers are not free."""
-        found = cls.__new__(cls)
-        found.free = {}
-        return found
-
-    def interval(self, number: Number) -> tuple[float, float]:
+    def interval(self, number: Number) -> Interval:
         """Lowest and highest value that a number can take."""
         if not isinstance(number, Free):
             return number, number
@@ -65,33 +112,7 @@ class Checks:
 
     def ranges(self, key: str, part: Any) -> None:
         """All numbers below a key are in the ranges that their fields declare, whatever a search does."""
-        if isinstance(part, Part):
-            ranges = declared(type(part), Range)
-            for field in part.__struct_fields__:
-                value = getattr(part, field)
-                if field in ranges:
-                    self.in_range(join(key, field), value, ranges[field])
-                elif value is not None and type(value) not in PLAIN:
-                    self.ranges(join(key, field), value)
-        elif not isinstance(part, Free):
-            for name, member in named_members(part) or ():
-                if type(member) in PLAIN:
-                    break  # a list or a table of plain values
-                self.ranges(f"{key}.{name}", member)
-
-    def in_range(self, key: str, value: Any, declared: Range) -> None:
-        """A number, or each one of a list or table, is in a range; one that is not given is."""
-        members = named_members(value)
-        for name, member in () if members is None else members:
-            self.in_range(f"{key}.{name}", member, declared)
-        if members is not None or value is None:
-            return
-        if declared is Range.ABOVE_0:
-            self.positive(key, value)
-        elif declared is Range.FROM_0:
-            self.not_negative(key, value)
-        else:
-            self.fraction(key, value)
+        check_ranges(key, part, self.interval)
 
     def positive(self, key: str, number: Number, bound: float = LEAST_NUMBER) -> None:
         """A number is greater than zero, for every value a search may give it, and can be divided by.
@@ -99,23 +120,15 @@ class Checks:
         Args:
             bound: the least that it may be.
         """
-        least = self.interval(number)[0]
-        if least <= 0.0:
-            raise SceneError(f"must be greater than 0, is {least:g}", key=key)
-        if least < bound:
-            raise SceneError(f"must be at least {bound:g}, is {least:g}", key=key)
+        _positive(key, self.interval(number), bound)
 
     def not_negative(self, key: str, number: Number) -> None:
         """A number is not negative, for every value a search may give it."""
-        least = self.interval(number)[0]
-        if least < 0.0:
-            raise SceneError(f"must not be negative, is {least:g}", key=key)
+        _not_negative(key, self.interval(number))
 
     def fraction(self, key: str, number: Number) -> None:
         """A number stays within 0..1."""
-        least, greatest = self.interval(number)
-        if least < 0.0 or greatest > 1.0:
-            raise SceneError(f"must be within 0 and 1, is {least if least < 0.0 else greatest:g}", key=key)
+        _fraction(key, self.interval(number))
 
     def not_zero(self, key: str, vector: Sequence[Number], what: str) -> None:
         """A direction or quaternion has a length."""

@@ -19,6 +19,7 @@ from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.kinematics import inverse_kinematics
 from warpmuscle.inverse.loads import read_loads
+from warpmuscle.inverse.recordings.belt import loaded_velocity
 from warpmuscle.inverse.recordings.motion import scene_with_feet
 from warpmuscle.inverse.steps import frames_of, run_steps
 from warpmuscle.optimization.best_scene import recorded_scene
@@ -31,8 +32,7 @@ from warpmuscle.sweep.patient.gait import ANGLES, Gait, gait_of, pooled
 
 HIP = ANGLES[0]
 MARKERS = (".trc", ".c3d")
-STANDING = 0.5  # body weights upon a foot that does not slide
-BELT, TRAVEL = 0.2, 0.5  # m/s of a foot on a belt, and m that a body goes over the ground
+TRAVEL = 0.5  # m that a body goes over the ground
 CLOSE = 0.02  # of a stride: what is missing at its ends
 
 
@@ -143,7 +143,10 @@ def _cycles(motion: Recording, scene: Scene, one: patient_file.Recording) -> dic
 
 
 def _speed(motion: Recording, scene: Scene, cycles: Mapping[str, Strides]) -> float:
-    """Speed over the ground, m/s, on a treadmill over its belt, from the first touch-down to the last."""
+    """Speed over the ground, m/s, on a treadmill over its belt, from the first touch-down to the last.
+
+    A motion that does not tell its belt, as older files do not, has the one that its feet stand on.
+    """
     begin = min(own[0][0] for own in cycles.values())
     end = max(own[-1][1] for own in cycles.values())
     given, motion = motion, over_belts(motion, scene)
@@ -152,18 +155,14 @@ def _speed(motion: Recording, scene: Scene, cycles: Mapping[str, Strides]) -> fl
     gone = float(np.interp(end, time, place) - np.interp(begin, time, place))
     if motion is not given:
         return gone / (end - begin)
-    standing: list[Floats] = []
-    for side, foot in zip(SIDES, feet_of(scene), strict=True):
-        force = motion[f"foot_force_{side}"][part, 1]
-        z = motion.body_position[part, motion.body_names.index(foot), 2].astype(float)
-        standing.append(np.gradient(z, time)[force > STANDING * body_weight(scene)])
-    moving = np.concatenate(standing)
-    if not len(moving):
+    force = np.stack([motion[f"foot_force_{side}"][part, 1].astype(float) for side in SIDES], axis=1)
+    if force.max() <= 0.0:
         if abs(gone) < TRAVEL:
             raise Error("does not tell how fast the patient walks on a belt: give `speed`")
         return gone / (end - begin)
-    belt = float(np.median(moving))
-    return gone / (end - begin) - (belt if abs(belt) > BELT else 0.0)
+    feet = [motion.body_names.index(foot) for foot in feet_of(scene)]
+    moving = np.gradient(motion.body_position[part][:, feet].astype(float), time, axis=0)
+    return gone / (end - begin) - float(loaded_velocity(moving, np.maximum(force, 0.0))[2])
 
 
 def _over_left(motion: Recording, scene: Scene, cycles: Strides) -> dict[str, dict[str, Floats]]:

@@ -83,7 +83,7 @@ class CurveEditor {
 
   // Whether a curve is being bent here, so that it is not to become what it was a moment ago.
   holds(index) {
-    return index === this.index && (this.held !== null || this.sliding || [...this.editor.live.waiting.keys()].some((key) => String(key).startsWith(`point ${index} `)));
+    return index === this.index && (this.held !== null || this.sliding);
   }
 
   // Show what the simulation has, unless a point is held.

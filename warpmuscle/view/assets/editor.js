@@ -2,7 +2,6 @@
 
 const FEW_ROWS = 60; // that a search shows at once
 const TOLD = 6000; // ms that it says why something was refused
-const SETTLED = 400; // ms after which a slider that was moved shows what the simulation has
 
 class Editor {
   constructor(live, spec, side) {
@@ -112,22 +111,15 @@ class Editor {
     const label = row.appendChild(document.createElement("span"));
     label.append(`${unit ? `${name}, ${unit}` : name}${follows ? " (follows)" : ""}`);
     const back = label.appendChild(backButton(`back to the scene's value, ${shortNumber(value * factor)}`, () => this.say("number", { target: index })));
-    let moving = 0;
-    const follow = () => this.rows.get(`number ${index}`)();
     const show = makeRange(row, `${this.groups[this.spec.numbers[index].group].name}: ${name}`, { min: min * factor, max: max * factor, own: value * factor }, (now, dragged) => {
-      clearTimeout(moving);
-      moving = !dragged ? 0 : setTimeout(() => {
-        moving = 0;
-        follow();
-      }, SETTLED);
       if (dragged) this.soon(`number ${index}`, { edit: "number", target: index, value: now / factor });
       else this.say("number", { target: index, value: now / factor });
     });
     this.rows.set(`number ${index}`, () => {
       back.hidden = !this.moved.has(index);
-      if (!moving) show(this.values[index] * factor);
+      show(this.values[index] * factor);
     });
-    follow();
+    this.rows.get(`number ${index}`)();
     return row;
   }
 

@@ -34,6 +34,7 @@ class Live {
     this.socket = new WebSocket(`${scheme}://${location.host}/`, [this.spec.protocol]);
     this.socket.binaryType = "arraybuffer";
     this.unsaid = [];
+    Object.assign(this, { page: 1 + Math.floor(Math.random() * 2 ** 52), count: 0, said: new Map() });
     this.socket.onopen = () => {
       tell("");
       for (const message of this.unsaid.splice(0)) this.say(message);
@@ -45,10 +46,12 @@ class Live {
     };
   }
 
-  hear({ values, status, push, doll, ground, edits, refused, saved, copied }) {
-    for (const [number, value] of Object.entries(values ?? {})) this.rows[number]?.(value);
+  // What is older than what was said since is left out: it would take a hand's change back until that is heard of, too.
+  hear({ values, status, push, doll, ground, edits, refused, saved, copied, heard }) {
+    const known = heard?.[this.page] ?? 0, fresh = (what) => (this.said.get(what) ?? 0) <= known;
+    for (const [number, value] of Object.entries(values ?? {})) if (fresh(Number(number))) this.rows[number]?.(value);
     if (status !== undefined) document.getElementById("status").textContent = status;
-    if (edits) this.editor?.hear(edits);
+    if (edits && fresh("edits") && ![...this.waiting.values()].some((message) => message.edit)) this.editor?.hear(edits);
     if (refused) this.editor?.refuse(refused);
     if (saved) this.editor?.save(saved);
     if (copied) this.editor?.copy(copied);
@@ -115,8 +118,10 @@ class Live {
   say(message) {
     this.sayWaiting();
     const { OPEN, CONNECTING } = WebSocket, now = this.socket?.readyState;
-    if (now === OPEN) this.socket.send(JSON.stringify(message));
-    else if (now === CONNECTING) this.unsaid.push(message); // the page can be used before
+    if (now === OPEN) {
+      this.said.set(message.edit ? "edits" : message.control, ++this.count);
+      this.socket.send(JSON.stringify({ ...message, page: this.page, count: this.count }));
+    } else if (now === CONNECTING) this.unsaid.push(message); // the page can be used before
   }
 
   // The same, of many messages of one key in a short time only the last.
