@@ -20,7 +20,7 @@ class PointMasses:
 
     @property
     def log(self):
-        return dict.fromkeys(("time", "completed", "speed", "return", "hardness"), torch.zeros(()))
+        return dict.fromkeys(("time", "completed", "speed", "return", "hardness", "push_hardness"), torch.zeros(()))
 
     def _start(self, which):
         drawn = torch.rand(2, self.num_envs, generator=self._random) * 2.0 - 1.0

@@ -6,7 +6,8 @@
 For each column of the pages' tables the gait walks as `warpmuscle judge` has it walk first, 60 s undisturbed; the cells
 of these rows become what the motion tells, and rows that a judgement has and a table lacks get their place. All other
 rows stay as they are: pushes, slopes, loads and commands are not tried. Rows of a run at 3.5 m/s are measured where a
-gait takes that speed. Policies are read from the folder in which the command runs, see `warpmuscle example`.
+gait takes that speed. Policies are read from the folder in which the command runs: `warpmuscle example policies`,
+`course` and `everyday` write those of both pages.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ from typing import Any
 from judge_table import BESIDES, MEASURE, cell, ends_in_words
 
 from warpmuscle.cli.walkers import walker_of
+from warpmuscle.core.shipped import shipped_scenes
 from warpmuscle.core.status import Status
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.studies.hard_trials import run
@@ -46,19 +48,27 @@ def main() -> int:
         parser.error(f"no judgement has the row {unknown[0]!r}; it has {', '.join(sorted(known))}")
     texts = {page: page.read_text("utf-8") for page in given.pages}
     gaits = dict.fromkeys(gait for text in texts.values() for table in tables(text) for gait in table[0][4:])
+    if missing := [name for gait in gaits if source_of(name := gait.strip("`")) is None]:
+        parser.error(f"neither a shipped scene nor a file here: {', '.join(missing)}; run `warpmuscle example` first")
     cells: Cells = {}
     for number, gait in enumerate(gaits, 1):
-        cells[gait] = measured(gait.strip("`"), given.rows, given.device, given.threads)
+        cells[gait] = measured(source_of(gait.strip("`")) or gait, given.rows, given.device, given.threads)
+        for page, text in texts.items():  # after each, so that one that is interrupted has not been for nothing
+            new = TABLE.sub(lambda found: written(renewed(parsed(found[0]), given.rows, cells)), text)
+            page.write_text(new, "utf-8")
         print(f"{number} of {len(gaits)}: {gait}", file=sys.stderr, flush=True)
-    for page, text in texts.items():
-        page.write_text(TABLE.sub(lambda found: written(renewed(parsed(found[0]), given.rows, cells)), text), "utf-8")
     return 0
 
 
-def measured(gait: str, rows: Sequence[str], device: str | None, threads: int | None) -> dict[str, str]:
+def source_of(gait: str) -> str | None:
+    """A gait's policy here, or its scene, shipped or here; None if there is neither."""
+    here = next((file for file in (f"{gait}.h5", f"{gait}.toml") if Path(file).exists()), None)
+    return here or (gait if gait in shipped_scenes() else None)
+
+
+def measured(source: str, rows: Sequence[str], device: str | None, threads: int | None) -> dict[str, str]:
     """Cells of these rows, as many as the gait's motion tells."""
-    policy = Path(f"{gait}.h5")
-    _, walker = walker_of([str(policy) if policy.exists() else gait], device=device, threads=threads)
+    _, walker = walker_of([source], device=device, threads=threads)
     walks = walker.walk(LONG, none(1), record=True)
     judged = judge_recording(walks.recordings[0], walker.scene(), Status(walks.status[0]))
     found = {one.bar.name: one for one in (*judged.verdicts, *judged.further)}

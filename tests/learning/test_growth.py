@@ -3,9 +3,11 @@
 import msgspec
 import numpy as np
 import pytest
+import warp as wp
 
 from warpmuscle.core.errors import RolloutError, SceneError
 from warpmuscle.formats import load
+from warpmuscle.kernels.learning.episodes import NOT_YET, quarter_of
 from warpmuscle.learning import EpisodeBatch, Task, Variation
 from warpmuscle.learning.player import in_full
 from warpmuscle.scene.learning.task import GROWING
@@ -155,4 +157,104 @@ def test_what_cannot_be_is_refused():
     batch = batch_of(Variation(growth=0.5))
     batch.episodes.hardness.fill_(np.nan)
     with pytest.raises(RolloutError, match="hardness"):
+        batch.check_state()
+
+
+AHEAD, LEFT, BACK, RIGHT = range(4)
+PUSHED = Variation(velocity_noise=0.0, push=8.0, push_interval=0.04, push_growth=0.25, lasting=0.6)
+
+
+def test_a_direction_lies_in_the_nearest_quarter():
+    angles = np.radians([0.0, 44.0, 46.0, 90.0, 134.0, 136.0, 224.0, 226.0, 314.0, 316.0, 359.9])
+    found = wp.zeros(len(angles), dtype=int, device="cpu")
+
+    @wp.kernel
+    def quarters(angle: wp.array[float], found: wp.array[int]):
+        found[wp.tid()] = quarter_of(angle[wp.tid()])
+
+    wp.launch(quarters, len(angles), [wp.array(angles, dtype=float, device="cpu"), found], device="cpu")
+    expected = [AHEAD, AHEAD, LEFT, LEFT, LEFT, BACK, BACK, RIGHT, RIGHT, AHEAD, AHEAD]
+    np.testing.assert_array_equal(found.numpy(), expected)
+
+
+def test_pushes_to_a_side_grow_with_those_that_are_withstood_there():
+    """By what comes of every push: it is counted when the next one comes, in its own direction alone."""
+    batch = batch_of(PUSHED, episode_time=10.0)
+    expected, seen = np.zeros((4, 4)), 0
+    for _ in range(60):
+        before, waiting = batch.episodes.pushed.numpy().copy(), batch.episodes.next_push.numpy().copy()
+        batch.step()
+        comes = batch.episodes.decision.numpy() >= waiting
+        for i in np.flatnonzero(comes & (before >= 0)):
+            expected[i, before[i]] = min(expected[i, before[i]] + 0.25, 1.0)
+            seen += 1
+        np.testing.assert_allclose(batch.episodes.push_hardness.numpy(), expected)
+    assert seen > 8
+    assert (expected > 0.0).any(axis=0).all()
+    np.testing.assert_array_equal(hardness(batch), 1.0)  # of all else, which does not grow
+
+
+@pytest.mark.parametrize(("episode_time", "change"), [(0.02, 0.25), (1.0, -0.375)])
+def test_the_last_push_is_withstood_if_the_episode_lasts_and_not_if_it_fails(episode_time, change):
+    """0.6 of them where hardness stays: 0.6 * 0.25 = 0.4 * 0.375."""
+    com_height = 1.5 if change < 0.0 else None  # fails at once
+    variation = msgspec.structs.replace(PUSHED, push_interval=50.0)
+    batch = batch_of(variation, episode_time=episode_time, com_height=com_height)
+    batch.episodes.push_hardness.fill_(0.5)
+    batch.episodes.pushed.assign(np.array([AHEAD, RIGHT, NOT_YET, LEFT], dtype=np.int32))
+    after(batch, batch.longest if change > 0.0 else 1)
+    expected = np.full((4, 4), 0.5)
+    for i, quarter in ((0, AHEAD), (1, RIGHT), (3, LEFT)):
+        expected[i, quarter] += change
+    np.testing.assert_allclose(batch.episodes.push_hardness.numpy(), expected, atol=1e-6)
+    np.testing.assert_array_equal(batch.episodes.pushed.numpy(), NOT_YET)
+
+
+def test_pushes_go_where_they_are_counted_and_are_as_hard_as_it_is_there():
+    """Along the wanted heading, from the least share to all of the greatest impulse that there is to that side."""
+    variation = msgspec.structs.replace(PUSHED, push_least=0.5, push_growth=1e-6, push_duration=0.01)
+    batch, heading = batch_of(variation, episode_time=20.0), 0.6
+    batch.episodes.heading.fill_(heading)
+    hard = np.array([1.0, 0.5, 0.25, 0.1])
+    batch.episodes.push_hardness.assign(np.tile(hard, (4, 1)))
+    shares = []
+    for _ in range(120):
+        waiting = batch.episodes.next_push.numpy().copy()
+        batch.step(restart=False)
+        for i in np.flatnonzero(batch.episodes.decision.numpy() >= waiting):
+            x, _, z = batch.rollout.state.push.numpy()[i] * 0.01  # N s
+            angle = (np.arctan2(x, z) - heading) % (2.0 * np.pi)
+            quarter = round(angle / (0.5 * np.pi)) % 4
+            assert batch.episodes.pushed.numpy()[i] == quarter
+            shares.append(np.hypot(x, z) / (8.0 * hard[quarter]))
+    assert 0.5 <= min(shares) < 0.6
+    assert 0.9 < max(shares) <= 1.0 + 1e-4
+
+
+def test_a_reset_with_a_seed_begins_without_pushes_and_trials_have_all_of_them():
+    batch = batch_of(PUSHED)
+    np.testing.assert_array_equal(batch.episodes.push_hardness.numpy(), 0.0)
+    batch.episodes.push_hardness.fill_(0.5)
+    batch.reset()
+    np.testing.assert_array_equal(batch.episodes.push_hardness.numpy(), 0.5)
+    batch.reset(1)
+    np.testing.assert_array_equal(batch.episodes.push_hardness.numpy(), 0.0)
+    np.testing.assert_array_equal(batch_of(Variation(push=8.0)).episodes.push_hardness.numpy(), 1.0)
+    assert in_full(Task(variation=PUSHED)).variation == msgspec.structs.replace(PUSHED, push_growth=0.0)
+
+
+@pytest.mark.parametrize(("name", "value"), [("push_growth", 1.5), ("push_least", -0.1)])
+def test_shares_of_pushes_are_shares(name, value):
+    scene = load("reflex_planar")
+    scene.learning = Task(variation=msgspec.structs.replace(PUSHED, **{name: value}))
+    with pytest.raises(SceneError, match="within 0 and 1") as error:
+        check_scene(scene)
+    assert error.value.key == f"learning.variation.{name}"
+
+
+@pytest.mark.parametrize(("array", "value"), [("push_hardness", 1.5), ("pushed", 4), ("pushed", -2)])
+def test_a_state_with_pushes_that_cannot_be_is_refused(array, value):
+    batch = batch_of(PUSHED)
+    getattr(batch.episodes, array).fill_(value)
+    with pytest.raises(RolloutError, match=r"hardness|push"):
         batch.check_state()

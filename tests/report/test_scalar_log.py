@@ -27,7 +27,8 @@ def test_a_search_has_a_point_a_generation_and_names_its_stage():
 def test_a_training_and_a_sweep_have_points_of_their_own():
     training = TrainingProgress(3, 6000, 0.1, 2000.0, 1.5, 0.25, 1.1, 42.0)
     assert points(training) == (3, 6000, {"return": 42.0, "upright, s": 1.5, "completed": 0.25, "speed, m per s": 1.1,
-                                          "disturbances": 1.0, "decisions a second": 2000.0})  # fmt: skip
+                                          "disturbances": 1.0, "pushes": 1.0,
+                                          "decisions a second": 2000.0})  # fmt: skip
     assert points(TrainingProgress(0, 0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0, compiling=True))[0] is None
     assert points(SweepProgress(4, 1, 40, 15, 3.5, "a", 2)) == (1, 15, {"least cost": 3.5, "runs ended": 1.0})
     mark, step, values = points(SweepProgress(4, 1, 0, 0, math.inf, "a", 0, training=training))

@@ -8,7 +8,7 @@ import pytest
 
 from small_policy import learning_curve, small_policy
 from warpmuscle.core.errors import ResultError
-from warpmuscle.results.learned import CURVE, Ancestor, ClippedNoise, KeptGait, Learned
+from warpmuscle.results.learned import CURVE, LATER, Ancestor, ClippedNoise, KeptGait, Learned
 from warpmuscle.results.records import Result, parameter_table
 from warpmuscle.results.result import read, read_learned, write
 
@@ -44,10 +44,13 @@ def test_all_of_it_comes_back(file):
     assert "9-17-6-4" in repr(read(file))
 
 
-def test_a_file_of_before_disturbances_were_counted_had_all_of_them(file):
+@pytest.mark.parametrize("column", LATER)
+def test_a_file_of_before_disturbances_were_counted_had_all_of_them(file, column):
     with h5py.File(file, "a") as content:
-        del content["curve/hardness"]
-    np.testing.assert_array_equal(read(file).learned.curve["hardness"], np.ones(5))
+        del content[f"curve/{column}"]
+    curve = read(file).learned.curve
+    np.testing.assert_array_equal(curve[column], np.ones(5))
+    assert list(curve) == list(CURVE)
     with h5py.File(file, "a") as content:
         del content["curve/speed"]
     with pytest.raises(ResultError, match="curve/speed"):

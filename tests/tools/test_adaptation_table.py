@@ -12,7 +12,21 @@ TOOLS = Path(__file__).parents[2] / "tools" / "research"
 if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 
-from adaptation_table import CASES, LEFT, PUBLISHED, RIGHT, Expected, agreeing, settings, table, verdicts  # noqa: E402
+from adaptation_table import (  # noqa: E402
+    CASES,
+    LEFT,
+    PUBLISHED,
+    RIGHT,
+    WANTED,
+    Expected,
+    Wanted,
+    agreeing,
+    recovered,
+    recoveries,
+    settings,
+    table,
+    verdicts,
+)
 
 from warpmuscle.cli.common import load_scene  # noqa: E402
 
@@ -51,3 +65,35 @@ def test_what_studies_found_is_of_the_weak_bodies_and_has_a_source():
     (told,) = (line for line in lines if line.startswith("| calf | mean activation |"))
     assert "| 0.15 to 0.16 | as published |" in told
     assert sum("not measured" in line for line in lines) == len(PUBLISHED) - 1
+
+
+@pytest.mark.parametrize(
+    ("before", "after", "found"),
+    [
+        (1.0, 1.2, ("100", "recovered")), (1.0, 1.1, ("50", "recovered")), (1.0, 1.05, ("25", "not recovered")),
+        (1.0, 0.9, ("-50", "not recovered")), (1.4, 1.25, ("75", "recovered")),
+        (1.15, 1.2, ("", "weakness changed too little")),
+    ],
+)  # fmt: skip
+def test_half_of_what_weakness_changed_has_to_come_back(before, after, found):
+    assert recovered(Wanted("speed", False, 0.1), 1.2, before, after) == found
+
+
+def test_what_comes_back_is_told_of_each_weak_body_and_can_fail():
+    sided = {"gait profile score": (4.0, 4.0), "step length": (0.6, 0.6)}
+    weak = {"speed": 1.0, "gait profile score": (7.0, 5.0), "step length": (0.62, 0.58)}
+    adapted = {"speed": 1.2, "gait profile score": (6.0, 4.5), "step length": (0.6, 0.6)}
+
+    def walk(values):
+        found = {}
+        for name, value in values.items():
+            found |= {name + LEFT: value[0], name + RIGHT: value[1]} if isinstance(value, tuple) else {name: value}
+        return found
+
+    walks = {"healthy": walk({"speed": 1.25} | sided), "calf, not adapted": walk(weak), "calf": walk(adapted)}
+    lines = recoveries(walks).splitlines()
+    assert len(lines) == 2 + 2 * len(WANTED)
+    assert "| calf | speed | 1.25 | 1 | 1.2 | 80 | recovered |" in lines
+    assert "| calf | gait profile score, left less right | 0 | 2 | 1.5 | 25 | not recovered |" in lines
+    assert "| calf | step length, left less right | 0 | 0.04 | 0 | 100 | recovered |" in lines
+    assert "| glut_med | speed | 1.25 | falls | falls |  | not measured |" in lines

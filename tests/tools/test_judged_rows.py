@@ -3,11 +3,14 @@
 import sys
 from pathlib import Path
 
+import pytest
+
 TOOLS = Path(__file__).parents[2] / "tools"
 if str(TOOLS) not in sys.path:
     sys.path.append(str(TOOLS))
 
-from judged_rows import parsed, renewed, tables, written  # noqa: E402
+import judged_rows  # noqa: E402
+from judged_rows import main, parsed, renewed, source_of, tables, written  # noqa: E402
 
 PAGE = """Some text.
 
@@ -54,3 +57,42 @@ def test_a_row_that_a_table_lacks_gets_its_place():
         "commands met",
     ]
     assert table[3] == ["clearance in mid-swing", "cm", "", "", "0.5 (no judge)", "-"]
+
+
+def test_a_gait_is_a_policy_or_a_scene_of_the_folder_or_a_shipped_one(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert source_of("walk56") == "walk56"
+    assert source_of("mine") is None
+    Path("mine.toml").touch()
+    assert source_of("mine") == "mine.toml"
+    Path("mine.h5").touch()
+    assert source_of("mine") == "mine.h5"
+
+
+def test_all_gaits_have_to_be_there_before_any_is_measured(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    Path("page.md").write_text(PAGE)
+    monkeypatch.setattr(sys, "argv", ["judged_rows.py", "page.md", "--rows", "stance"])
+    with pytest.raises(SystemExit):
+        main()
+    assert "nor a file here: walk, fast; run `warpmuscle example` first" in capsys.readouterr().err
+
+
+def test_what_is_measured_is_on_the_page_at_once(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("walk.h5", "fast.h5"):
+        Path(name).touch()
+    Path("page.md").write_text(PAGE)
+
+    def measured(source, *_):
+        if source == "fast.h5":
+            raise KeyboardInterrupt
+        return {"maximum braking force": "0.13"}
+
+    monkeypatch.setattr(judged_rows, "measured", measured)
+    monkeypatch.setattr(sys, "argv", ["judged_rows.py", "page.md", "--rows", "maximum braking force"])
+    with pytest.raises(KeyboardInterrupt):
+        main()
+    assert Path("page.md").read_text() == PAGE.replace("0.1 to 0.3 |  |", "0.1 to 0.26 | 0.14 to 0.22 |").replace(
+        "0.4 (missed)", "0.13"
+    )

@@ -7,7 +7,8 @@ For docs/how-to/devices-and-impairments.md.
 Learning goes on three times, where the folder has no file of it yet: with healthy muscles, so that more learning is not
 taken for weakness, with the left calf and with the left gluteus medius at half their strength. Then each walks 30 s at
 1.25 m/s, and so does the one with healthy muscles in the weak bodies, as if they had not adapted. The table has both
-sides of all of them, and what published studies found beside what is found here.
+sides of all of them, what published studies found beside what is found here, and how much of what weakness changed
+adapting brought back.
 """
 
 from __future__ import annotations
@@ -58,6 +59,25 @@ PUBLISHED = (
     Expected("glut_med", "cost of transport, Bhargava net", "rises", 0.0, KROGT),
     Expected("glut_med", "pelvis, drop of the other side in single support, left", "stays", 2.0, BLOCK),
     Expected("glut_med", "trunk, lean to this side in single support, left", "stays", 2.0, BLOCK),
+)
+HALF = 0.5  # of what weakness took, or added, from which on it counts as recovered
+
+
+class Wanted(NamedTuple):
+    """What adapting should bring back of what weakness changed before it."""
+
+    measure: str
+    sides: bool  # what counts is the difference of left and right, else the measure itself
+    least: float  # change by weakness, of the measure's unit, below which there is nothing to bring back
+
+
+WANTED = (
+    Wanted("speed", False, 0.02),
+    Wanted("cost of transport, Bhargava net", False, 0.05),
+    Wanted("upright", False, 1.0),
+    Wanted("step length", True, 0.01),
+    Wanted("gait profile score", True, 0.5),
+    Wanted("ankle, maximum dorsiflexion in stance", True, 2.0),
 )
 Walk = dict[str, float]  # measures of a walk, those of sides with `LEFT` and `RIGHT`
 
@@ -138,6 +158,44 @@ def verdicts(walks: Mapping[str, Walk]) -> str:
     return "".join(f"| {' | '.join(line)} |\n" for line in lines)
 
 
+def recoveries(walks: Mapping[str, Walk]) -> str:
+    """What adapting brought back of what weakness changed before it, a line each; unlike a direction, it can fail.
+
+    The healthy walk is that of the policy which learnt on for as long, so that more learning is not taken for it.
+    """
+    lines = [["weak", "measure", "healthy", "not adapted", "adapted", "brought back, %", ""], ["---"] * 7]
+    for case in CASES:
+        if case == "healthy":
+            continue
+        for one in WANTED:
+            values = [valued(walks.get(name, {}), one) for name in ("healthy", f"{case}, not adapted", case)]
+            name = f"{one.measure}, left less right" if one.sides else one.measure
+            if any(value is None for value in values):
+                shown = ["falls" if value is None else f"{value:.3g}" for value in values]
+                lines.append([case, name, *shown, "", "not measured"])
+                continue
+            healthy, before, after = (float(value) for value in values if value is not None)
+            shown = [f"{value:.3g}" for value in (healthy, before, after)]
+            lines.append([case, name, *shown, *recovered(one, healthy, before, after)])
+    return "".join(f"| {' | '.join(line)} |\n" for line in lines)
+
+
+def valued(walk: Walk, one: Wanted) -> float | None:
+    """A measure of a walk, or how its sides differ; None if the walk has none."""
+    if not one.sides:
+        return walk.get(one.measure)
+    left, right = walk.get(one.measure + LEFT), walk.get(one.measure + RIGHT)
+    return None if left is None or right is None else left - right
+
+
+def recovered(one: Wanted, healthy: float, before: float, after: float) -> tuple[str, str]:
+    """Share of the change by weakness that adapting undid, %, and whether it is at least half."""
+    if abs(before - healthy) < one.least:
+        return "", "weakness changed too little"
+    share = (before - after) / (before - healthy)
+    return f"{100.0 * share:.0f}", "recovered" if share >= HALF else "not recovered"
+
+
 def agreeing(expected: Expected, change: float) -> bool:
     """Whether a change is as a study found."""
     if expected.change == "stays":
@@ -164,7 +222,7 @@ def main() -> None:
         if case != "healthy":
             walks[f"{case}, not adapted"] = walked(files["healthy"], file, given.device, given.duration)
         walks[case] = walked(file, file, given.device, given.duration)
-        text = f"{table(walks)}\n{verdicts(walks)}"
+        text = "\n".join((table(walks), verdicts(walks), recoveries(walks)))
         (given.folder / "adaptation.md").write_text(text)
     print(text)
 

@@ -146,6 +146,7 @@ class TrainingBar(Bar):
             done = f"{number_of(p.iterations, 'iteration')}, {many_of(p.decisions, 'decision')}"
             lasts = f"upright {p.upright:.2f} s, {100.0 * p.completed:.0f} % all the time, {p.speed:.2f} m/s, "
             disturbed = f"disturbed by {100.0 * p.hardness:.0f} %, " if p.hardness < 1.0 else ""
+            disturbed += f"pushed by {100.0 * p.pushed:.0f} %, " if p.pushed < 1.0 else ""
             state = f"return {p.gain:.4g}, {lasts if p.speed else ''}{disturbed}{many_of(p.rate, 'decision')}/s"
         self.show(p.fraction, done, state, at_once=p.compiling)
 

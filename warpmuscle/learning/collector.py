@@ -13,7 +13,7 @@ from warpmuscle.learning.options import PPOOptions
 from warpmuscle.learning.symmetry import Images
 
 COUNTED = ("episodes", "reward")
-LOGGED = ("time", "completed", "speed", "return", "hardness")  # of the environment's log
+LOGGED = ("time", "completed", "speed", "return", "hardness", "push_hardness")  # of the environment's log
 
 
 class Environment(Protocol):

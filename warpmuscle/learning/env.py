@@ -96,7 +96,7 @@ class RolloutEnv:
         self.episode_length, self.commands = wp.to_torch(episodes.length), wp.to_torch(episodes.command)
         self._finished, self._requested = wp.to_torch(gains.finished), wp.to_torch(batch.actions.requested)
         self._custom_finished = torch.zeros((instances, 0), device=self.device)
-        self._hardness = wp.to_torch(self.batch.episodes.hardness)
+        self._hardness, self._push_hardness = map(wp.to_torch, (episodes.hardness, episodes.push_hardness))
         if gains.custom_finished.size:
             self._custom_finished = wp.to_torch(gains.custom_finished)
         self.capture, self._graph = capture, None
@@ -148,7 +148,7 @@ class RolloutEnv:
 
         `time` s that it lasted, `completed` part of them that did not fail, `speed` m/s along the wanted way, `return`,
         and what every term of the reward gave a second. All zero until an episode has ended. `hardness` is that of the
-        present episodes, see `Variation.growth`.
+        present episodes, see `Variation.growth`, and `push_hardness` that of pushes, see `Variation.push_growth`.
         """
         finished = self._finished
         ended = finished[:, ENDED].sum().clamp(min=1.0)
@@ -162,6 +162,7 @@ class RolloutEnv:
             "speed": rates[FORWARD],
             "return": sums,
             "hardness": self._hardness.mean(),
+            "push_hardness": self._push_hardness.mean(),
         }
         every = [*rates[:COUNT], *own]
         return log | {f"reward/{name}": every[k] / self.dt for k, name in enumerate(self.batch.judge.names)}

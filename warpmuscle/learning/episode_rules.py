@@ -9,7 +9,8 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
-from warpmuscle.kernels.learning.episodes import EpisodeRules, Episodes
+from warpmuscle.core.errors import RolloutError
+from warpmuscle.kernels.learning.episodes import NOT_YET, QUARTERS, EpisodeRules, Episodes
 from warpmuscle.learning.imitation import Gait, run_from
 from warpmuscle.model.joints import root_number
 from warpmuscle.scene import Scene
@@ -21,9 +22,27 @@ def room_for(instances: int, commands: int, device: wp.Device) -> Episodes:
     """Where every instance is in its episode, which has so many commands; all of it zero."""
     episodes = Episodes()
     for name, member in Episodes.vars.items():
-        size: Any = 1 if name == "seed" else (instances, commands) if name == "command" else instances
+        columns = {"command": commands, "push_hardness": QUARTERS}.get(name)
+        size: Any = 1 if name == "seed" else instances if columns is None else (instances, columns)
         setattr(episodes, name, wp.zeros(size, dtype=member.type.dtype, device=device))
     return episodes
+
+
+def put_first_hardness(episodes: Episodes, rules: EpisodeRules) -> None:
+    """Let episodes be as hard as those before which there was none."""
+    episodes.hardness.fill_(0.0 if rules.growth > 0.0 else 1.0)
+    episodes.push_hardness.fill_(0.0 if rules.push_growth > 0.0 else 1.0)
+
+
+def check_hardness(episodes: Episodes) -> None:
+    """Raise RolloutError for a state from outside whose episodes cannot be as hard as it says."""
+    for array in (episodes.hardness, episodes.push_hardness):
+        hardness = array.numpy()
+        if not ((hardness >= 0.0) & (hardness <= 1.0)).all():
+            raise RolloutError("this state has a hardness that is not from 0 to 1")
+    pushed = episodes.pushed.numpy()
+    if not ((pushed >= NOT_YET) & (pushed < QUARTERS)).all():
+        raise RolloutError("this state has a push to a side that does not exist")
 
 
 def rules_of(
@@ -50,7 +69,9 @@ def rules_of(
     rules.growth, rules.longest = variation.growth, longest
     grows = {name: int(name in variation.growing) for name in GROWING}
     rules.velocity_grows, rules.push_grows = grows["velocity_noise"], grows["push"]
-    rules.shrinkage = variation.growth * variation.lasting / (1.0 - variation.lasting)
+    against = variation.lasting / (1.0 - variation.lasting)
+    rules.shrinkage, rules.push_shrinkage = against * variation.growth, against * variation.push_growth
+    rules.push_least, rules.push_growth = variation.push_least, variation.push_growth
     rules.push_steps = max(round(variation.push_duration / scene.time_step), 1)
     rules.time_step, rules.decision_time = scene.time_step, dt
     return rules

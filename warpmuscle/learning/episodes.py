@@ -22,7 +22,7 @@ from warpmuscle.kernels.learning import senses as sense_kernels
 from warpmuscle.kernels.learning.senses import GREATEST
 from warpmuscle.learning.actions import Actions
 from warpmuscle.learning.custom_parts import CustomParts
-from warpmuscle.learning.episode_rules import room_for, rules_of
+from warpmuscle.learning.episode_rules import check_hardness, put_first_hardness, room_for, rules_of
 from warpmuscle.learning.imitation import Gait, gait_kept
 from warpmuscle.learning.imitation.choice import gait_of_controller, imitated_gait, phases_of
 from warpmuscle.learning.imitation.people import by_norm_alone, people_starts
@@ -172,7 +172,7 @@ class EpisodeBatch:
             self.episodes.seed.fill_(number)
             for array in (self.episodes.decision, self.episodes.number):
                 array.zero_()
-            self.episodes.hardness.fill_(0.0 if self._rules.growth > 0.0 else 1.0)
+            put_first_hardness(self.episodes, self._rules)
         self.episodes.length.zero_()  # nothing has ended by lasting or failing
         self.episodes.mask.fill_(True)
         self._begin()
@@ -282,9 +282,7 @@ class EpisodeBatch:
             "episode": (episodes.number, LARGEST_SEED),
             "length": (episodes.length, LARGEST_SEED),
         }
-        hardness = self.episodes.hardness.numpy()
-        if not ((hardness >= 0.0) & (hardness <= 1.0)).all():
-            raise RolloutError("this state has a hardness that is not from 0 to 1")
+        check_hardness(episodes)
         if simbicon is not None:
             counted["machine state"] = state.simbicon.machine_state, len(simbicon.states)
             counted["stance"] = state.simbicon.stance, 2

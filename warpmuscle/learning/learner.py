@@ -132,6 +132,7 @@ class Learner:
             "gain": logged["return"],
             "speed": logged["speed"],
             "hardness": logged["hardness"],
+            "push_hardness": logged["push_hardness"],
             "reward": counted["reward"] / decisions,
             **learnt,
         }

@@ -223,9 +223,10 @@ def of_body(task: Task | None, scene: Scene) -> Task | None:
 
 def in_full(task: Task | None) -> Task | None:
     """The task with all its disturbances from the first episode on."""
-    if task is None or not task.variation.growth:
+    if task is None or not (task.variation.growth or task.variation.push_growth):
         return task
-    return msgspec.structs.replace(task, variation=msgspec.structs.replace(task.variation, growth=0.0))
+    full = msgspec.structs.replace(task.variation, growth=0.0, push_growth=0.0)
+    return msgspec.structs.replace(task, variation=full)
 
 
 def lasting(task: Task) -> Task:

@@ -20,6 +20,7 @@ class TrainingProgress:
     speed: float  # m/s, along the wanted way, mean of them
     gain: float  # their rewards, mean
     hardness: float = 1.0  # share of what disturbs them where that grows, mean
+    pushed: float = 1.0  # share of the greatest push, where pushes grow by themselves, mean
     compiling: bool = False
     trying: bool = False  # how good the policy is, with its actions' means
 

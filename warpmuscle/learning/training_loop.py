@@ -125,7 +125,7 @@ class TrainingLoop:
         rate = (d1 - d0) / max(t1 - t0, 1e-9)
         self._progress = TrainingProgress(
             done, int(row["decisions"]), min(max(parts), 1.0), rate, row["upright"], row["completed"], row["speed"],
-            row["gain"], row["hardness"],
+            row["gain"], row["hardness"], row["push_hardness"],
         )  # fmt: skip
         self._tell(self._progress)
 

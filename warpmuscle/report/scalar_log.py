@@ -117,7 +117,8 @@ def points(progress: AnyProgress) -> tuple[Any, int, dict[str, float]]:
             return None, 0, {}
         return progress.iterations, progress.decisions, {
             "return": progress.gain, "upright, s": progress.upright, "completed": progress.completed,
-            "speed, m per s": progress.speed, "disturbances": progress.hardness, "decisions a second": progress.rate,
+            "speed, m per s": progress.speed, "disturbances": progress.hardness, "pushes": progress.pushed,
+            "decisions a second": progress.rate,
         }  # fmt: skip
     if progress.training is not None:
         mark, step, values = points(progress.training)

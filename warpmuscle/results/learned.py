@@ -41,6 +41,7 @@ CURVE = {
     "gain": Column("", "rewards of the last episode of an instance, mean"),
     "speed": Column("m/s", "along the wanted way, mean of these episodes"),
     "hardness": Column("", "share of what disturbs an episode where that grows, mean of the instances; else 1"),
+    "push_hardness": Column("", "share of the greatest push, where pushes grow by themselves, mean; else 1"),
     "reward": Column("", "of a decision, mean"),
     "policy_loss": Column("", "of proximal policy optimisation, mean of the update"),
     "value_loss": Column("", "of the critic, mean of the update"),
@@ -49,6 +50,8 @@ CURVE = {
     "learning_rate": Column("", "at the end of the update"),
     "deviation": Column("", "of actions, mean"),
 }
+
+LATER = ("hardness", "push_hardness")  # columns that files of earlier versions lack, where all of them would be 1
 
 
 @dataclass(frozen=True, repr=False)
@@ -153,8 +156,8 @@ def load_learned(file: Any) -> Learned:
     """
     training, learnt, columns = (hdf5.members(file, name) for name in ("training", "policy", "curve"))
     task = hdf5.text(hdf5.member(learnt, "task"))
-    curve = {name: hdf5.array(columns, name) for name in CURVE if name != "hardness" or name in columns}
-    curve.setdefault("hardness", np.ones_like(curve["iteration"]))  # of a file of earlier versions
+    curve = {name: hdf5.array(columns, name) for name in CURVE if name not in LATER or name in columns}
+    curve = {name: curve.get(name, np.ones_like(curve["iteration"])) for name in CURVE}
     options = {name: _plain(training.attrs[name]) for name in training.attrs if name != "ended"}
     return Learned(
         replace(_load_network(learnt), scene=_scene_name(file), gait=_load_gait(file)), task, curve, options,

@@ -30,6 +30,7 @@ def begun(root: int, **settings: object) -> tuple[EpisodeRules, Episodes, State,
         "start_row": random.integers(0, 5, N), "variant": np.zeros(N, int), "command": random.uniform(0.1, 2.0, (N, 3)),
         "phase": random.random(N), "heading": random.normal(size=N), "side": random.normal(size=N),
         "next_push": random.integers(0, 90, N), "hardness": np.ones(N), "mask": np.arange(N) % 3 != 0,
+        "push_hardness": np.ones((N, kernels.QUARTERS)), "pushed": np.full(N, kernels.NOT_YET),
     }  # fmt: skip
     places = {name: np.full((N, 3), 7.0) for name in ("place", "start_place")}
     episodes = filled(Episodes, **given, **places, seed=[11], start_step=np.zeros(N))

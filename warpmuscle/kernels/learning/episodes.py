@@ -11,6 +11,8 @@ wp.set_module_options({"enable_backward": False})
 
 SPEED, TURNING_RATE, FIRST_POSE = 0, 1, 2  # of the commands
 LEAST_PACE = 0.1  # of the clock's speed
+QUARTERS = 4  # whereto a push can go, as seen along the wanted heading: ahead, to the left, back, to the right
+NOT_YET = -1
 
 
 @wp.struct
@@ -32,6 +34,8 @@ class Episodes:
     start_step: wp.array[int]  # (instances,) the step that the start stands at
     next_push: wp.array[int]  # (instances,) number of the decision in which it comes
     hardness: wp.array[float]  # (instances,) 0 to 1, share of what disturbs this episode, see `EpisodeRules.growth`
+    push_hardness: wp.array2d[float]  # (instances, QUARTERS) the same of pushes alone, see `EpisodeRules.push_growth`
+    pushed: wp.array[int]  # (instances,) quarter of the last push of this episode; NOT_YET: there was none
     mask: wp.array[bool]  # (instances,) whose episode ended, so that a new one begins
 
 
@@ -57,6 +61,9 @@ class EpisodeRules:
     start_phase: wp.array[float]  # (starts,)
     velocity_noise: float  # m/s
     push: float  # N s
+    push_least: float  # share of the greatest impulse that every push has
+    push_growth: float  # of the hardness of a quarter, with a push that is withstood; 0: pushes have none of their own
+    push_shrinkage: float  # of it, with one that is not
     push_decisions: int  # between two pushes, in the mean; 0: there are none
     push_steps: int
     time_step: float  # s, of the simulation
@@ -130,6 +137,42 @@ def hardness_after(hardness: float, length: int, rules: EpisodeRules) -> float:
 
 
 @wp.func
+def quarter_of(angle: float) -> int:
+    """The quarter that a direction lies in, rad from straight ahead, 0 to 2 pi."""
+    return int(angle * wp.static(2.0 / wp.PI) + 0.5) % QUARTERS
+
+
+@wp.func
+def count_push(instance: int, withstood: bool, episodes: Episodes, rules: EpisodeRules):
+    """Let pushes like the last one of this episode be harder, or less hard, from now on."""
+    quarter = episodes.pushed[instance]
+    if rules.push_growth > 0.0 and quarter != NOT_YET:
+        change = wp.where(withstood, rules.push_growth, -rules.push_shrinkage)
+        episodes.push_hardness[instance, quarter] = wp.clamp(
+            episodes.push_hardness[instance, quarter] + change, 0.0, 1.0
+        )
+    episodes.pushed[instance] = NOT_YET
+
+
+@wp.func
+def begin_push(instance: int, angle: float, share: float, episodes: Episodes, rules: EpisodeRules) -> wp.vec3:
+    """Force of a push, N, of a share of the greatest impulse that there is now; its quarter is noted.
+
+    The angle is one from z, or from the wanted heading where pushes have a hardness of their own.
+    """
+    hardness = share_of(rules.push_grows, episodes.hardness[instance])
+    towards = angle
+    if rules.push_growth > 0.0:
+        quarter = quarter_of(angle)
+        hardness = episodes.push_hardness[instance, quarter]
+        episodes.pushed[instance] = quarter
+        towards = angle + episodes.heading[instance]
+    impulse = share * rules.push * hardness
+    force = impulse / (float(rules.push_steps) * rules.time_step)
+    return wp.vec3(force * wp.sin(towards), 0.0, force * wp.cos(towards))
+
+
+@wp.func
 def share_of(grows: int, hardness: float) -> float:
     """How much of a disturbance there is at a hardness; all of one that does not grow."""
     return wp.where(grows == 1, hardness, 1.0)
@@ -162,10 +205,10 @@ def begin_decision(
     episodes.phase[i] = phase - wp.floor(phase)
     if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
         generator = random_of(episodes.seed[0], i, decision, PUSH)
+        count_push(i, True, episodes, rules)  # it is still up after the last one
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
-        impulse = wp.randf(generator) * rules.push * share_of(rules.push_grows, episodes.hardness[i])
-        force = impulse / (float(rules.push_steps) * rules.time_step)
-        state.push[i] = wp.vec3(force * wp.sin(angle), 0.0, force * wp.cos(angle))
+        share = wp.lerp(rules.push_least, 1.0, wp.randf(generator))
+        state.push[i] = begin_push(i, angle, share, episodes, rules)
         step = state.step[i]
         state.push_steps[i, 0] = step
         state.push_steps[i, 1] = step + rules.push_steps
@@ -185,7 +228,11 @@ def draw_starts(
         return
     number = episodes.number[i] + 1
     episodes.number[i] = number
-    episodes.hardness[i] = hardness_after(episodes.hardness[i], episodes.length[i], rules)
+    length = episodes.length[i]
+    episodes.hardness[i] = hardness_after(episodes.hardness[i], length, rules)
+    if length > 0:
+        count_push(i, length >= rules.longest, episodes, rules)
+    episodes.pushed[i] = NOT_YET
     episodes.length[i] = 0
     seed = episodes.seed[0]
     generator = random_of(seed, i, number, START)

@@ -152,6 +152,12 @@ class Variation(Part):
     graded_share: Annotated[float, "1"] = 1.0  # of all variants; an episode has one of the hardest so many of that
     # share d
     push: Annotated[float, "N s", FROM_0] = 0.0  # greatest horizontal impulse on the root
+    push_least: Annotated[float, "1", FRACTION] = 0.0  # share of the greatest impulse that every push has: what all
+    # bodies withstand teaches nothing
+    push_growth: Annotated[float, "1", FRACTION] = 0.0  # 0.1: pushes grow by themselves, whatever `growth` says, and in
+    # each of four directions along the wanted heading: ahead, to the left, back, and to the right. An instance begins
+    # without them; after one that it withstands until the next one, or until the episode has lasted, those to that
+    # side are a tenth of `push` harder; after one that it does not, they are less hard, by what `lasting` says
     push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s", ABOVE_0] = 0.1
     growth: Annotated[float, "1", FRACTION] = 0.0  # 0.1: an instance begins without what `growing` names; with each
@@ -159,7 +165,8 @@ class Variation(Part):
     # `lasting` says; 0: all from the start, as in trials of a policy
     growing: tuple[str, ...] = GROWING  # what does: `velocity_noise`, `push`, `delay` and `noise`
     lasting: Annotated[float, "1", FRACTION] = 0.5  # share of episodes that last where disturbances neither grow nor
-    # shrink any more: 0.5: an episode that fails takes off as much as one that lasts adds, 0.75: three times as much
+    # shrink any more, and of pushes that are withstood where those have a growth of their own: 0.5: an episode that
+    # fails takes off as much as one that lasts adds, 0.75: three times as much
     start_states: int = 0  # of a gait by the scene's own controller, that episodes start from, one in nine or so from
     # the initial state; 0: all do
     start_after: Annotated[float, "s", FROM_0] = 2.0  # of that gait, when the first of these states is taken
