@@ -9,11 +9,9 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
+from warpmuscle.kernels.memory.main_memory import apart_at, apart_floats, lean_at
 from warpmuscle.kernels.memory.scratch import (
     FOLLOWED,
-    apart_at,
-    apart_floats,
-    lean_at,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -133,7 +131,7 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
-    together: int | None = None,
+    taken_seats: int | None = None,
     mark: Any = no_mark,
     places: bool = False,
 ) -> Any:
@@ -146,11 +144,11 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
-        together: instances that share a block of several warps; None for as many as it has seats.
+        taken_seats: instances that share a block of several warps; None for as many as it has seats.
         mark: see `one_step_of`. places: whether it leaves what paths need to know, in place of steps.
     """
     several, seats = block_dim > WARP, max(block_dim // lanes, 1)
-    instances_per_block = together or seats
+    instances_per_block = taken_seats or seats
     kind = kind._replace(several_warps=several, lanes_in_warp=WARP // seats if several else 0)
     muscles, skeleton, monomials, long_paths = kind.muscles, kind.skeleton, kind.monomials, kind.long_paths
     one_step = Postponed("one_step", partial(step_of, kind, mark, places))
@@ -170,7 +168,7 @@ def step_kernel(
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
-        capacity, lanes, block_dim, kind, slots, together, mark, places,
+        capacity, lanes, block_dim, kind, slots, taken_seats, mark, places,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
@@ -217,7 +215,7 @@ def step_kernel(
         if wp.static(skeleton.apart):
             keep_apart(work, far, instance, entries, size)
         if wp.static(skeleton.lean):
-            keep_lean(work, far, instance, capacity, wp.static(FOLLOWED * entries), size)
+            keep_lean(work, room, far, instance, capacity, wp.static(FOLLOWED * entries), size)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

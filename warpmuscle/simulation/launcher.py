@@ -184,12 +184,12 @@ def in_blocks(
     wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.lean
     for sizes in LEAN_SIDE_BY_SIDE if lean else (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
-        for together in sizes:
-            seats = 1 << (together - 1).bit_length()
+        for taken in sizes:
+            seats = 1 << (taken - 1).bit_length()
             few = seats < SIDE_BY_SIDE[-1] or (lean and seats == SIDE_BY_SIDE[-1])
             own = min(threads // seats, LANES_OF_FEW if few and wide else WARP) if lanes is None else lanes
             large = config._replace(lanes=own, block_dim=max(own * seats, 2 * WARP))
-            large = large._replace(together=together if together < seats else None)
+            large = large._replace(taken_seats=taken if taken < seats else None)
             found.append(with_room(large, structure, slots, in_scratch))
         found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]
         if found:
