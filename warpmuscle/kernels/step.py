@@ -131,7 +131,6 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
-    taken_seats: int | None = None,
     mark: Any = no_mark,
     places: bool = False,
 ) -> Any:
@@ -144,12 +143,10 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
-        taken_seats: instances that share a block of several warps; None for as many as it has seats.
         mark: see `one_step_of`. places: whether it leaves what paths need to know, in place of steps.
     """
-    several, seats = block_dim > WARP, max(block_dim // lanes, 1)
-    instances_per_block = taken_seats or seats
-    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // seats if several else 0)
+    several, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
+    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // instances_per_block if several else 0)
     muscles, skeleton, monomials, long_paths = kind.muscles, kind.skeleton, kind.monomials, kind.long_paths
     one_step = Postponed("one_step", partial(step_of, kind, mark, places))
     extensions_struct, apart = kind.extensions, kind.paths_apart
@@ -168,7 +165,7 @@ def step_kernel(
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
-        capacity, lanes, block_dim, kind, slots, taken_seats, mark, places,
+        capacity, lanes, block_dim, kind, slots, mark, places,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
@@ -183,14 +180,11 @@ def step_kernel(
         i, number = wp.tid()
         if wp.static(several):  # neighbours in a warp are the same lane of several instances
             thread = i * lanes + number
-            i = thread // block_dim * instances_per_block + thread % seats
-            number = thread % block_dim // seats
+            i = thread // block_dim * instances_per_block + thread % instances_per_block
+            number = thread % block_dim // instances_per_block
             wp.tile_zeros(shape=wp.static(block_floats), dtype=float, storage="shared")  # so that there is the memory
             if i >= running.shape[0]:
                 return
-            if wp.static(seats > instances_per_block):  # noqa: SIM102, with `and` it would be compiled in all the same
-                if thread % seats >= instances_per_block:
-                    return
         character = model
         changing = state
         own = extensions
@@ -198,7 +192,7 @@ def step_kernel(
         know_state(changing)
         lane = nonnegative(number)
         instance = nonnegative(running[i])
-        if wp.static(apart):  # noqa: SIM102, as above
+        if wp.static(apart):  # noqa: SIM102, with `and` it would be compiled in all the same
             if state.status[instance] != RUNNING:
                 return
         room = memory(i % instances_per_block, buffer)
@@ -215,7 +209,7 @@ def step_kernel(
         if wp.static(skeleton.apart):
             keep_apart(work, far, instance, entries, size)
         if wp.static(skeleton.lean):
-            keep_lean(work, room, far, instance, capacity, wp.static(FOLLOWED * entries), size)
+            keep_lean(work, far, instance, capacity, wp.static(FOLLOWED * entries), size)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

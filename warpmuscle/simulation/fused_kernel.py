@@ -64,7 +64,6 @@ class KernelConfig(NamedTuple):
     block_dim: int
     kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
-    taken_seats: int | None = None  # instances that share a block of several warps; None for one for each of its seats
 
     def compiling(self, **parts: Any) -> KernelConfig:
         """The same with other parts of the step, see `StepKind`."""
@@ -98,16 +97,17 @@ class KernelConfig(NamedTuple):
     @property
     def instances_a_block(self) -> int:
         """Instances that share a block."""
-        return self.taken_seats or self.seats
-
-    @property
-    def seats(self) -> int:
-        """Instances that a block has lanes for."""
         return max(self.block_dim // self.lanes, 1)
 
     def rows(self, instances: int) -> int:
         """Rows of lanes that so many instances are launched with: of whole blocks, where they span several warps."""
-        return -(-instances // self.instances_a_block) * self.seats if self.several_warps else instances
+        count = self.instances_a_block
+        return -(-instances // count) * count if self.several_warps else instances
+
+    @property
+    def block_bytes(self) -> int:
+        """Bytes of shared memory that the working sets of a block take."""
+        return 4 * self.instances_a_block * self.work_floats
 
     @property
     def large_blocks(self) -> int:

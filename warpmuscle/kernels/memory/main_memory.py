@@ -9,11 +9,11 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.scratch import FOLLOWED, LEAN_FIRST, matrices_at, symmetric_at, vectors_at
+from warpmuscle.kernels.memory.scratch import FOLLOWED
 from warpmuscle.kernels.structs import Scratch
 
 SIDE = 32  # instances side by side
-LEAN = 37  # floats of a body that `lean_at` places
+LEAN = 33  # floats of a body that `lean_at` places
 
 
 def apart_floats(entries: int, bodies: int, lean: bool) -> int:
@@ -44,7 +44,6 @@ return part;
 
 floats_apart = apart_of(float, "wp::float32", 1)
 vectors_apart = apart_of(wp.vec3, "wp::vec3", 3)
-quaternions_apart = apart_of(wp.quat, "wp::quat", 4)
 matrices_apart = apart_of(wp.mat33, "wp::mat33", 9)
 
 
@@ -65,35 +64,20 @@ def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, entries: int,
 
 
 @func
-def lean_at(
-    w: wp.ref[Scratch], memory: wp.array[float], buffer: wp.uint64, instance: int, n: int, first: int, size: int
-):
-    """Views of the first block of `scratch.work_at` and of joints of one coordinate, of which only part is at hand.
+def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first: int, size: int):
+    """Views of what passes over the tree read once or twice for each of n bodies, in main memory, too.
 
-    That is what muscles read, many times, and with it what takes its places. Passes over the tree read the rest once
-    or twice for each body. There nothing takes another's place.
+    There nothing takes another's place.
 
     Args:
-        memory: what is at hand. first, size: numbers that come before in main memory, and of an instance there.
+        first, size: numbers that come before, and of an instance there.
     """
-    w.rotation = matrices_at(memory, 0, LEAN_FIRST, n)
-    w.turn_rates = matrices_at(memory, 0, LEAN_FIRST, n)
-    w.position = vectors_at(memory, 9, LEAN_FIRST, n)
-    w.move_rates = matrices_at(memory, 9, LEAN_FIRST, n)
-    w.angular_velocity = vectors_at(memory, 12, LEAN_FIRST, n)
-    w.torque = vectors_at(memory, 15, LEAN_FIRST, n)
-    w.factor_b = matrices_at(memory, 15, LEAN_FIRST, n)
-    w.stiffness = symmetric_at(memory, 18, LEAN_FIRST, n)
-    w.coordinate_turning_drift = vectors_at(memory, 18, LEAN_FIRST, n)
-    w.coordinate_turning = vectors_at(memory, 24, LEAN_FIRST, n)
-    w.coordinate_moving = vectors_at(memory, 27, LEAN_FIRST, n)
-    w.orientation = quaternions_apart(buffer, first, n, instance, size)
-    w.factor_c = vectors_apart(buffer, first + 4 * n, n, instance, size)
-    w.bias = vectors_apart(buffer, first + 7 * n, n, instance, size)
-    w.velocity = vectors_apart(buffer, first + 10 * n, n, instance, size)
-    w.lag_angular = vectors_apart(buffer, first + 13 * n, n, instance, size)
-    w.lag_velocity = vectors_apart(buffer, first + 16 * n, n, instance, size)
-    w.factor_a = matrices_apart(buffer, first + 19 * n, n, instance, size)
-    w.bias_force = vectors_apart(buffer, first + 28 * n, n, instance, size)
-    w.coordinate_drift = vectors_apart(buffer, first + 31 * n, n, instance, size)
-    w.coordinate_state = vectors_apart(buffer, first + 34 * n, n, instance, size)
+    w.coordinate_turning = vectors_apart(buffer, first, n, instance, size)
+    w.coordinate_moving = vectors_apart(buffer, first + 3 * n, n, instance, size)
+    w.coordinate_drift = vectors_apart(buffer, first + 6 * n, n, instance, size)
+    w.coordinate_state = vectors_apart(buffer, first + 9 * n, n, instance, size)
+    w.velocity = vectors_apart(buffer, first + 12 * n, n, instance, size)
+    w.lag_angular = vectors_apart(buffer, first + 15 * n, n, instance, size)
+    w.lag_velocity = vectors_apart(buffer, first + 18 * n, n, instance, size)
+    w.bias_force = vectors_apart(buffer, first + 21 * n, n, instance, size)
+    w.factor_a = matrices_apart(buffer, first + 24 * n, n, instance, size)
