@@ -149,7 +149,8 @@ def large_blocks(
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
     if PATHS_APART and config.kind.muscles.may_be_apart:
         config = config.compiling(muscles=config.kind.muscles._replace(apart=True))
-    found, in_scratch = [], False
+    found: list[KernelConfig] = []
+    in_scratch = False
     for one, near in ways_of_memory(config):  # what takes least of it last
         blocks = in_blocks(one, structure, slots, None, near)
         if blocks and (not found or is_better(blocks[0], found[0])):
