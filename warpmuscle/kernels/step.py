@@ -9,9 +9,8 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
-from warpmuscle.kernels.memory.main_memory import apart_at, apart_floats, lean_at
+from warpmuscle.kernels.memory.main_memory import main_memory_of
 from warpmuscle.kernels.memory.scratch import (
-    FOLLOWED,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -121,7 +120,25 @@ def monomial_views(monomials: int, own_slots: bool) -> tuple[Any, Any]:
 
 def step_of(kind: StepKind, mark: Any, places: bool) -> Any:
     """The Warp function of a step, or of the places that paths need to know, see `step_kernel`."""
-    return places_for_paths_of(kind) if places else one_step_of(kind, mark)
+    step = places_for_paths_of(kind) if places else one_step_of(kind, mark)
+    return if_running_of(step, kind.extensions) if kind.paths_apart else step
+
+
+@cache
+def if_running_of(step: Any, extensions_struct: Any) -> Any:
+    """The Warp function of a step of an instance that may have ended in an earlier launch."""
+
+    @wp.func(inline=True)
+    def if_running(
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
+        extensions: wp.ref[extensions_struct],
+    ) -> int:  # fmt: skip
+        status = state.status[instance]
+        if status != RUNNING:
+            return status
+        return step(instance, lane, lanes, model, state, record, work, extensions)
+
+    return if_running
 
 
 @cache
@@ -148,8 +165,7 @@ def step_kernel(
     several, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
     kind = kind._replace(several_warps=several, lanes_in_warp=WARP // instances_per_block if several else 0)
     muscles, skeleton, monomials, long_paths = kind.muscles, kind.skeleton, kind.monomials, kind.long_paths
-    one_step = Postponed("one_step", partial(step_of, kind, mark, places))
-    extensions_struct, apart = kind.extensions, kind.paths_apart
+    one_step, extensions_struct = Postponed("one_step", partial(step_of, kind, mark, places)), kind.extensions
     touching = any(force.touch for force in kind.forces)
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
@@ -159,8 +175,7 @@ def step_kernel(
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     monomials_apart, monomials_behind = monomial_views(monomials, own_slots)
     before, behind = monomials_apart is not None, monomials_behind is not None
-    keep_apart, keep_lean = apart_at if skeleton.apart else None, lean_at if skeleton.lean else None
-    entries, size = skeleton.entries, apart_floats(skeleton.entries, capacity, skeleton.lean)
+    keep_apart = main_memory_of(skeleton.entries, capacity, skeleton.lean, 0 if several else floats)
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
@@ -192,9 +207,6 @@ def step_kernel(
         know_state(changing)
         lane = nonnegative(number)
         instance = nonnegative(running[i])
-        if wp.static(apart):  # noqa: SIM102, with `and` it would be compiled in all the same
-            if state.status[instance] != RUNNING:
-                return
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(before):
@@ -203,13 +215,8 @@ def step_kernel(
             work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
-        far = buffer
-        if wp.static(not several):  # a thread of a CPU has its working set in the same memory, before
-            far = buffer + wp.static(wp.uint64(4 * floats))
         if wp.static(skeleton.apart):
-            keep_apart(work, far, instance, entries, size)
-        if wp.static(skeleton.lean):
-            keep_lean(work, far, instance, capacity, wp.static(FOLLOWED * entries), size)
+            keep_apart(work, buffer, instance)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

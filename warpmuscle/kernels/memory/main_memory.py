@@ -4,6 +4,7 @@ Numbers of SIDE neighbouring instances lie side by side there, as lanes of a war
 kernel is compiled, but for the instance, so that one address leads to all views.
 """
 
+from functools import cache
 from typing import Any
 
 import warp as wp
@@ -81,3 +82,23 @@ def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first:
     w.lag_velocity = vectors_apart(buffer, first + 18 * n, n, instance, size)
     w.bias_force = vectors_apart(buffer, first + 21 * n, n, instance, size)
     w.factor_a = matrices_apart(buffer, first + 24 * n, n, instance, size)
+
+
+@cache
+def main_memory_of(entries: int, bodies: int, lean: bool, behind: int) -> Any:
+    """The Warp function (w, buffer, instance) that puts the views of both into a working set.
+
+    Args:
+        lean: whether there are those of `lean_at`.
+        behind: numbers that a buffer has before: a thread of a CPU has its working set in the same one.
+    """
+    size, followed, put_lean = apart_floats(entries, bodies, lean), FOLLOWED * entries, lean_at if lean else None
+
+    @func
+    def in_main_memory(w: wp.ref[Scratch], buffer: wp.uint64, instance: int):
+        own = buffer + wp.static(wp.uint64(4 * behind))
+        apart_at(w, own, instance, entries, size)
+        if wp.static(lean):
+            put_lean(w, own, instance, bodies, followed, size)
+
+    return in_main_memory
