@@ -195,6 +195,31 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
     assert not usual.kind.skeleton.apart
 
 
+@pytest.mark.parametrize(
+    ("bodies", "entries", "lean", "together", "lanes"),
+    [(16, 48, False, 32, 12), (20, 60, True, 32, 12), (41, 60, True, 16, 24), (123, 186, True, 8, 48)],
+)
+def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
+    bodies: int, entries: int, lean: bool, together: int, lanes: int
+):
+    """Where more instances fit so (the largest here), or as many beside a first cache with room."""
+    scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
+    usual = kernel_config(scene, structure_of(scene), 5120, gpu, None, NOTHING)
+    actuation = SimpleNamespace(table=SimpleNamespace(crossings=range(10 * bodies)), muscles=range(bodies))
+    structure = SimpleNamespace(names=SimpleNamespace(bodies=range(bodies)), actuation=actuation)
+    skeleton = usual.kind.skeleton._replace(followed=5, entries=entries)
+    wraps = usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=1)))
+    config = large_blocks(usual.compiling(skeleton=skeleton, muscles=wraps), structure, None, 0, 65536, 132)
+    assert (config.kind.skeleton.apart, config.kind.skeleton.lean) == (True, lean)
+    assert (config.instances_a_block, config.lanes, config.block_dim) == (together, lanes, 384)
+    near = config.compiling(skeleton=skeleton._replace(apart=True, lean=False))
+    assert config.large_blocks == 1
+    assert (near.large_blocks < 1 or near.block_bytes > 196 * 1024) is lean
+    polynomials = wraps._replace(paths=PathKind(RouteKind(wraps=1), monomials=10))
+    other = large_blocks(usual.compiling(skeleton=skeleton, muscles=polynomials), structure, None, 0, 65536, 132)
+    assert not other.kind.skeleton.lean  # monomials have no place there
+
+
 def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
     """In one dimension Warp has fewer than 2^31 numbers: 413 000 instances of 400 entries would be too many."""
     scene = load("gait2392_walk")

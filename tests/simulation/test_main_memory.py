@@ -1,10 +1,10 @@
-"""Parts of a working set that lie in a GPU's main memory: here on a CPU, behind the rest of it, with the same motion."""
+"""Parts of a working set that lie in a GPU's main memory: here on a CPU, behind the rest, with the same motion."""
 
 import numpy as np
 import pytest
 import warp as wp
 
-from warpmuscle.kernels.memory.scratch import LEAN, SIDE, apart_floats
+from warpmuscle.kernels.memory.main_memory import LEAN, SIDE, apart_floats
 from warpmuscle.kernels.step import step_kernel
 from warpmuscle.kernels.structs import Record
 from warpmuscle.scene import Body, Character, Displacement, Failure, Ground, Joint, Scene

@@ -9,11 +9,8 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
+from warpmuscle.kernels.memory.main_memory import main_memory_of
 from warpmuscle.kernels.memory.scratch import (
-    FOLLOWED,
-    apart_at,
-    apart_floats,
-    lean_at,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -123,7 +120,25 @@ def monomial_views(monomials: int, own_slots: bool) -> tuple[Any, Any]:
 
 def step_of(kind: StepKind, mark: Any, places: bool) -> Any:
     """The Warp function of a step, or of the places that paths need to know, see `step_kernel`."""
-    return places_for_paths_of(kind) if places else one_step_of(kind, mark)
+    step = places_for_paths_of(kind) if places else one_step_of(kind, mark)
+    return if_running_of(step, kind.extensions) if kind.paths_apart else step
+
+
+@cache
+def if_running_of(step: Any, extensions_struct: Any) -> Any:
+    """The Warp function of a step of an instance that may have ended in an earlier launch."""
+
+    @wp.func(inline=True)
+    def if_running(
+        instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, record: RecordRef, work: ScratchRef,
+        extensions: wp.ref[extensions_struct],
+    ) -> int:  # fmt: skip
+        status = state.status[instance]
+        if status != RUNNING:
+            return status
+        return step(instance, lane, lanes, model, state, record, work, extensions)
+
+    return if_running
 
 
 @cache
@@ -133,7 +148,6 @@ def step_kernel(
     block_dim: int,
     kind: StepKind = StepKind(),  # noqa: B008, immutable
     slots: int | None = None,
-    together: int | None = None,
     mark: Any = no_mark,
     places: bool = False,
 ) -> Any:
@@ -146,15 +160,12 @@ def step_kernel(
             instances lie side by side, see `core.arrays.instance_zeros`.
         kind: what is compiled in; how lanes lie in warps is found here.
         slots: of feet that it has room for, see `scratch.slots_for`; None for those of the size class.
-        together: instances that share a block of several warps; None for as many as it has seats.
         mark: see `one_step_of`. places: whether it leaves what paths need to know, in place of steps.
     """
-    several, seats = block_dim > WARP, max(block_dim // lanes, 1)
-    instances_per_block = together or seats
-    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // seats if several else 0)
+    several, instances_per_block = block_dim > WARP, max(block_dim // lanes, 1)
+    kind = kind._replace(several_warps=several, lanes_in_warp=WARP // instances_per_block if several else 0)
     muscles, skeleton, monomials, long_paths = kind.muscles, kind.skeleton, kind.monomials, kind.long_paths
-    one_step = Postponed("one_step", partial(step_of, kind, mark, places))
-    extensions_struct, apart = kind.extensions, kind.paths_apart
+    one_step, extensions_struct = Postponed("one_step", partial(step_of, kind, mark, places)), kind.extensions
     touching = any(force.touch for force in kind.forces)
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
@@ -164,13 +175,12 @@ def step_kernel(
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     monomials_apart, monomials_behind = monomial_views(monomials, own_slots)
     before, behind = monomials_apart is not None, monomials_behind is not None
-    keep_apart, keep_lean = apart_at if skeleton.apart else None, lean_at if skeleton.lean else None
-    entries, size = skeleton.entries, apart_floats(skeleton.entries, capacity, skeleton.lean)
+    keep_apart = main_memory_of(skeleton.entries, capacity, skeleton.lean, 0 if several else floats)
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
     @known_kernel(
-        capacity, lanes, block_dim, kind, slots, together, mark, places,
+        capacity, lanes, block_dim, kind, slots, mark, places,
         enable_backward=False,
         cuda_max_registers=block_registers(block_dim, block_floats, muscles) if several else registers_of(muscles),
         module_options=module_options(block_dim),
@@ -185,14 +195,11 @@ def step_kernel(
         i, number = wp.tid()
         if wp.static(several):  # neighbours in a warp are the same lane of several instances
             thread = i * lanes + number
-            i = thread // block_dim * instances_per_block + thread % seats
-            number = thread % block_dim // seats
+            i = thread // block_dim * instances_per_block + thread % instances_per_block
+            number = thread % block_dim // instances_per_block
             wp.tile_zeros(shape=wp.static(block_floats), dtype=float, storage="shared")  # so that there is the memory
             if i >= running.shape[0]:
                 return
-            if wp.static(seats > instances_per_block):  # noqa: SIM102, with `and` it would be compiled in all the same
-                if thread % seats >= instances_per_block:
-                    return
         character = model
         changing = state
         own = extensions
@@ -200,9 +207,6 @@ def step_kernel(
         know_state(changing)
         lane = nonnegative(number)
         instance = nonnegative(running[i])
-        if wp.static(apart):  # noqa: SIM102, as above
-            if state.status[instance] != RUNNING:
-                return
         room = memory(i % instances_per_block, buffer)
         work = work_at(room, capacity, slots)
         if wp.static(before):
@@ -211,13 +215,8 @@ def step_kernel(
             work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
-        far = buffer
-        if wp.static(not several):  # a thread of a CPU has its working set in the same memory, before
-            far = buffer + wp.static(wp.uint64(4 * floats))
         if wp.static(skeleton.apart):
-            keep_apart(work, far, instance, entries, size)
-        if wp.static(skeleton.lean):
-            keep_lean(work, far, instance, capacity, wp.static(FOLLOWED * entries), size)
+            keep_apart(work, buffer, instance)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)
         for _ in range(steps):

@@ -24,7 +24,8 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.scratch import SIDE, apart_floats, work_floats
+from warpmuscle.kernels.memory.main_memory import SIDE, apart_floats
+from warpmuscle.kernels.memory.scratch import work_floats
 from warpmuscle.kernels.path_kernels import PATH_BLOCK, paths_kernel
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
@@ -63,7 +64,6 @@ class KernelConfig(NamedTuple):
     block_dim: int
     kind: StepKind
     slots: int | None = None  # of feet; None for those of the size class
-    together: int | None = None  # instances that share a block of several warps; None for one for each of its seats
 
     def compiling(self, **parts: Any) -> KernelConfig:
         """The same with other parts of the step, see `StepKind`."""
@@ -74,13 +74,8 @@ class KernelConfig(NamedTuple):
         """Numbers of the working set of an instance."""
         muscles, skeleton = self.kind.muscles, self.kind.skeleton
         monomials = 0 if muscles is None else muscles.paths.monomials
-        coordinates, pushes = skeleton.with_coordinates, skeleton.constraints
-        return int(
-            work_floats(
-                self.capacity, coordinates, monomials, self.slots, skeleton.open, pushes, skeleton.near_entries,
-                skeleton.lean,
-            )
-        )
+        parts = skeleton.open, skeleton.constraints, skeleton.near_entries, skeleton.lean
+        return int(work_floats(self.capacity, skeleton.with_coordinates, monomials, self.slots, *parts))
 
     def buffer_floats(self, instances: int) -> int:
         """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
@@ -102,16 +97,17 @@ class KernelConfig(NamedTuple):
     @property
     def instances_a_block(self) -> int:
         """Instances that share a block."""
-        return self.together or self.seats
-
-    @property
-    def seats(self) -> int:
-        """Instances that a block has lanes for."""
         return max(self.block_dim // self.lanes, 1)
 
     def rows(self, instances: int) -> int:
         """Rows of lanes that so many instances are launched with: of whole blocks, where they span several warps."""
-        return -(-instances // self.instances_a_block) * self.seats if self.several_warps else instances
+        count = self.instances_a_block
+        return -(-instances // count) * count if self.several_warps else instances
+
+    @property
+    def block_bytes(self) -> int:
+        """Bytes of shared memory that the working sets of a block take."""
+        return 4 * self.instances_a_block * self.work_floats
 
     @property
     def large_blocks(self) -> int:

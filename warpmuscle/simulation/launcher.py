@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterator
 from contextlib import suppress
 from threading import Thread
 from typing import Any
@@ -10,7 +11,7 @@ from warpmuscle.core.arguments import as_integer
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.kernels.memory.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
-from warpmuscle.kernels.step import WARP
+from warpmuscle.kernels.step import SHARED_BESIDE_CACHE, WARP
 from warpmuscle.kernels.step_parts import StepKind
 from warpmuscle.model.bodies import foot_slots
 from warpmuscle.model.controllers.outside import driven_from_outside
@@ -24,8 +25,7 @@ GPU_LANES = 8
 MOST_LANES = 16  # that are of use to a biped
 BUSY_WARPS = 11  # of them keep a multiprocessor about as busy as more do
 SIDE_BY_SIDE = 32, 16, 8  # instances of a large block: at most one for each thread of a warp ...
-FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer ...
-LEAN_SIDE_BY_SIDE = (32, 24, 16, 12, 8), (6, 4, 1)  # ... of which some seats are empty, where part is in main memory
+FEW_SIDE_BY_SIDE = 4, 1  # ... or, of large characters, fewer
 LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have no more than there are threads in a warp
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
@@ -134,8 +134,8 @@ def large_blocks(
     A warp is then the same lane of up to 32 instances, which follows one muscle's path, reads what is known of the
     muscle once for all of them, and finds what changes of them side by side. Fewer instances share a block, with more
     lanes each, where all of them fit at once so. Pulls of muscles are kept in the working set if as many instances fit
-    with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave is
-    kept in main memory if more instances fit so.
+    with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave is kept in
+    main memory if more instances fit so, and so is part of what a body needs, or if that leaves the first cache room.
 
     Args:
         slots: of the character's feet.
@@ -149,14 +149,12 @@ def large_blocks(
     config = config._replace(capacity=len(structure.names.bodies))  # no size class: each its own kernel
     if PATHS_APART and config.kind.muscles.may_be_apart:
         config = config.compiling(muscles=config.kind.muscles._replace(apart=True))
-    usual = []  # ways to share out memory, what takes least of it last
-    skeleton, polynomials = config.kind.skeleton, config.kind.muscles.paths.monomials > 0
-    ways = [(False, False), (True, False), (True, True)] if skeleton.open > 0 else [(False, False)]
-    for apart, lean in ways[:2] if polynomials else ways:
-        one = config.compiling(skeleton=skeleton._replace(apart=apart, lean=lean))
-        for in_scratch in (True, False) if config.kind.muscles.may_be_in_scratch else (False,):
-            usual.append((one, in_scratch, in_blocks(one, structure, slots, None, in_scratch)))
-    config, in_scratch, found = max(usual, key=lambda way: way[2][0].resident(1) if way[2] else 0)
+    found: list[KernelConfig] = []
+    in_scratch = False
+    for one, near in ways_of_memory(config):  # what takes least of it last
+        blocks = in_blocks(one, structure, slots, None, near)
+        if blocks and (not found or is_better(blocks[0], found[0])):
+            found, config, in_scratch = blocks, one, near
     if not found:
         raise RolloutError("the character has more bodies than a GPU block has memory for; simulate it on the CPU")
     if lanes is not None:
@@ -165,6 +163,26 @@ def large_blocks(
         raise RolloutError(f"lanes must be more than {lanes} for this character")
     fitting = [large for large in found if large.instances_a_block * multiprocessors >= instances]
     return (fitting or found[:1])[-1]
+
+
+def ways_of_memory(config: KernelConfig) -> Iterator[tuple[KernelConfig, bool]]:
+    """Ways to share out memory, and whether pulls of muscles are in the working set."""
+    assert config.kind.muscles is not None
+    skeleton, monomials = config.kind.skeleton, config.kind.muscles.paths.monomials
+    places = [(False, False)]
+    if skeleton.open > 0:
+        places += [(True, False), (True, True)][: 1 if monomials > 0 else 2]
+    for apart, lean in places:
+        for in_scratch in (True, False) if config.kind.muscles.may_be_in_scratch else (False,):
+            yield config.compiling(skeleton=skeleton._replace(apart=apart, lean=lean)), in_scratch
+
+
+def is_better(one: KernelConfig, before: KernelConfig) -> bool:
+    """Whether more instances fit a multiprocessor, or as many that leave its first cache room as others do not."""
+    if one.resident(1) != before.resident(1):
+        return one.resident(1) > before.resident(1)
+    lean = one.kind.skeleton.lean and not before.kind.skeleton.lean
+    return lean and one.block_bytes <= SHARED_BESIDE_CACHE < before.block_bytes
 
 
 def in_blocks(
@@ -182,14 +200,12 @@ def in_blocks(
     elif config.kind.muscles.apart:
         threads = LARGE_BLOCK_APART
     wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.lean
-    for sizes in LEAN_SIDE_BY_SIDE if lean else (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
+    for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:
-            seats = 1 << (together - 1).bit_length()
-            few = seats < SIDE_BY_SIDE[-1] or (lean and seats == SIDE_BY_SIDE[-1])
-            own = min(threads // seats, LANES_OF_FEW if few and wide else WARP) if lanes is None else lanes
-            large = config._replace(lanes=own, block_dim=max(own * seats, 2 * WARP))
-            large = large._replace(together=together if together < seats else None)
+            few = together in FEW_SIDE_BY_SIDE or (lean and together == SIDE_BY_SIDE[-1])
+            own = min(threads // together, LANES_OF_FEW if few and wide else WARP) if lanes is None else lanes
+            large = config._replace(lanes=own, block_dim=max(own * together, 2 * WARP))
             found.append(with_room(large, structure, slots, in_scratch))
         found = [large for large in found if large.block_dim <= threads and large.large_blocks > 0]
         if found:

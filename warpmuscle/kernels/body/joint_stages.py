@@ -61,8 +61,8 @@ class SkeletonKind(NamedTuple):
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
     of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
     entries: int = 0  # pairs of a body and an unknown that stays open to the root and acts on it, see `followed.py`
-    apart: bool = False  # whether what these leave is in a GPU's main memory, see `scratch.apart_at` ...
-    lean: bool = False  # ... and part of every body's, see `scratch.lean_at`
+    apart: bool = False  # whether what these leave is in a GPU's main memory, see `main_memory.apart_at` ...
+    lean: bool = False  # ... and part of every body's, see `main_memory.lean_at`
 
     @property
     def follows(self) -> bool:

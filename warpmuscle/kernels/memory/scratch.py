@@ -22,9 +22,7 @@ COORDINATE = 9  # floats a body, of joints of one coordinate where there are som
 FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see `followed.py`
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
-LEAN_FIRST = 32  # floats a body in the first block where the last ones are in main memory, see `lean_at` ...
-LEAN = 33  # ... which take as many of it there, with those of `COORDINATE`
-SIDE = 32  # instances whose numbers in main memory lie side by side
+LEAN_FIRST = 32  # floats a body in the first block where the last ones are elsewhere, see `main_memory.lean_at`
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -131,7 +129,7 @@ def work_floats(
             which there need not be room for monomials, so that they come last.
         followed: coordinates that stay open to the root. pushes: those of them that are rows of constraints.
         entries: pairs of a body and one of them that acts on it; None for all pairs.
-        lean: whether part of it is in main memory, see `lean_at`; only with coordinate joints.
+        lean: whether part of it is in main memory, see `main_memory.lean_at`; only with coordinate joints.
     """
     entries = followed * capacity if entries is None else entries
     floats = (first_of(lean) + SECOND) * capacity + OTHER_FLOATS
@@ -200,7 +198,7 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 @cache
 def work_at_of(lean: bool) -> Any:
-    """The Warp function `work_at`; `lean`: whether `lean_at` then puts part of it into main memory."""
+    """The Warp function `work_at`; `lean`: whether `main_memory.lean_at` then puts part of it into main memory."""
     first = first_of(lean)
 
     @func
@@ -346,69 +344,6 @@ def pushed_work_at_of(followed: int, entries: int, pushes: int, lean: bool = Fal
     return pushed_work_at
 
 
-def apart_of(dtype: Any, name: str, width: int) -> Any:
-    """A Warp function (buffer, first, count, instance, size) -> view of part of what an instance has in main memory.
-
-    That is `size` numbers, of which `first` come before. Those of SIDE neighbouring instances lie side by side; since
-    all but the instance is known as the kernel is compiled, one address leads to all views.
-    """
-    snippet = f"""
-const unsigned group = unsigned(instance) / {SIDE}u, place = unsigned(instance) % {SIDE}u;
-wp::array_t<{name}> part(
-    reinterpret_cast<{name}*>(
-        reinterpret_cast<wp::float32*>(buffer) + size_t(group) * ({SIDE} * size) + place * {width} + {SIDE} * first),
-    count);
-part.strides[0] = {4 * width * SIDE};
-return part;
-"""
-
-    @wp.func_native(snippet=snippet)
-    def part(buffer: wp.uint64, first: int, count: int, instance: int, size: int) -> wp.array[dtype]: ...
-
-    return part
-
-
-floats_apart = apart_of(float, "wp::float32", 1)
-vectors_apart = apart_of(wp.vec3, "wp::vec3", 3)
-matrices_apart = apart_of(wp.mat33, "wp::mat33", 9)
-
-
-@func
-def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, entries: int, size: int):
-    """Views of what so many entries of `followed.py` leave in a GPU's main memory.
-
-    Only a few lanes read it, one body after the other; other numbers make more of the shared memory.
-
-    Args:
-        size: numbers of an instance there.
-    """
-    w.followed_moment = vectors_apart(buffer, 0, entries, instance, size)
-    w.followed_force = vectors_apart(buffer, 3 * entries, entries, instance, size)
-    w.followed_along = vectors_apart(buffer, 6 * entries, entries, instance, size)
-    w.followed_response = vectors_apart(buffer, 9 * entries, entries, instance, size)
-    w.followed_bias = floats_apart(buffer, 12 * entries, entries, instance, size)
-
-
-@func
-def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first: int, size: int):
-    """Views of what is read least of n bodies, likewise: more instances fit a multiprocessor then.
-
-    Paths of muscles read nothing of it, and passes over the tree once for each body. Nothing takes another's place.
-
-    Args:
-        first, size: numbers that come before, and of an instance there.
-    """
-    w.coordinate_turning = vectors_apart(buffer, first, n, instance, size)
-    w.coordinate_moving = vectors_apart(buffer, first + 3 * n, n, instance, size)
-    w.coordinate_drift = vectors_apart(buffer, first + 6 * n, n, instance, size)
-    w.coordinate_state = vectors_apart(buffer, first + 9 * n, n, instance, size)
-    w.velocity = vectors_apart(buffer, first + 12 * n, n, instance, size)
-    w.lag_angular = vectors_apart(buffer, first + 15 * n, n, instance, size)
-    w.lag_velocity = vectors_apart(buffer, first + 18 * n, n, instance, size)
-    w.bias_force = vectors_apart(buffer, first + 21 * n, n, instance, size)
-    w.factor_a = matrices_apart(buffer, first + 24 * n, n, instance, size)
-
-
 @func
 def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
     """Where the monomials of paths are, behind all else in some memory."""
@@ -419,11 +354,6 @@ def monomials_at(memory: wp.array[float], count: int) -> wp.array[float]:
 def monomials_before_contacts(memory: wp.array[float], n: int, slots: int, count: int) -> wp.array[float]:
     """The same where feet have as many slots as `slots_for` says: the last in the places of contacts."""
     return floats_at(memory, (FIRST + SECOND) * n + SLOT_FLOATS * slots - count, 1, count)
-
-
-def apart_floats(entries: int, bodies: int, lean: bool) -> int:
-    """Numbers that an instance has in a GPU's main memory, see `apart_at` and `lean_at`."""
-    return FOLLOWED * entries + (LEAN * bodies if lean else 0)
 
 
 @cache
