@@ -230,7 +230,7 @@ def mobilities(instance: int, count: int, first: int, model: ModelRef, work: Scr
     for row in range(first, count):
         greatest = wp.float32(0.0)
         for beside in range(first, count):
-            if model.constraints.together[beside - first] == model.constraints.together[row - first]:
+            if model.constraints.held[beside - first] == model.constraints.held[row - first]:
                 greatest = wp.max(greatest, wp.abs(work.followed_matrix[beside * count + beside]))
         least = IMMOBILE * wp.min(largest, free_mobility(instance, row - first, model, work))
         work.push_mobility[row - first] = wp.where(greatest > least, greatest, 0.0)
