@@ -148,7 +148,7 @@ class Constraints:
     row: wp.array2d[ConstraintRow]  # (rows, constraints)
     body: wp.array[int]  # (rows of all constraints,) on which each pushes ...
     other: wp.array[int]  # ... and on which backwards
-    together: wp.array[int]  # (rows of all constraints,) a number that rows have in common which hold one thing
+    held: wp.array[int]  # (rows of all constraints,) number of the point or turn that each holds with others
 
 
 @wp.struct

@@ -145,7 +145,7 @@ def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Co
     c.row = structs_to_device(structs.ConstraintRow, columns, device)
     c.body, c.other = (to_device(np.repeat(ends, counts), int, device) for ends in (body, other))
     held = [2 * k + np.arange(count) // 3 for k, count in enumerate(counts)]  # a point; of a weld then a turn
-    c.together = to_device(np.concatenate(held), int, device)
+    c.held = to_device(np.concatenate(held), int, device)
     return c
 
 

@@ -206,6 +206,17 @@ def test_one_constraint_alone_is_kept():
     assert np.abs(constraint_errors(scene.character, topology(scene.character), q)).max() < 1e-6
 
 
+def test_light_parts_say_nothing_of_heavy_ones():
+    """A loop of half a tonne beside one of grains of sand."""
+    scene = linkage(0.3)
+    for name, share in {"p": 1e3, "q": 1e3, "w": 1e-5, "x": 1e-5}.items():
+        for link in range(ARMS[name]):
+            body = scene.character.bodies[f"{name}{link}"]
+            scene.character.bodies[f"{name}{link}"] = body_of(share * body.mass)
+    q, _ = run(scene)
+    assert np.abs(constraint_errors(scene.character, topology(scene.character), q)).max() < 2e-6
+
+
 def test_a_row_that_says_what_others_do_changes_nothing():
     scene = linkage(0.5)
     twice = copy.deepcopy(scene)

@@ -27,7 +27,7 @@ from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at, nonne
 WELD, POINT, POINT_ON_LINE, DISTANCE = 0, 1, 2, 3
 DAMPING, STIFFNESS = 0.5, 0.2
 YIELDING = 2.0e-5  # of the greatest mobility along rows that hold one point or one turn, by which each gives way
-IMMOBILE = 1.0e-8  # of the greatest mobility along any row, below which nothing can move along one
+IMMOBILE = 1.0e-8  # of what bodies may move by, below which nothing can move along a row
 QUICKEST = 5.0e-4  # s, in which errors go at most, since rounding of places counts by 1/s^2
 SHORTEST = 1.0e-6  # m, distance whose direction is known
 
@@ -208,33 +208,49 @@ def pushed(body: int, row: int, model: ModelRef, work: ScratchRef) -> wp.spatial
 
 
 @func
-def greatest_mobility(row: int, count: int, first: int, model: ModelRef, work: ScratchRef) -> float:
-    """Of the rows that hold one thing, such as a point, together with this one."""
-    greatest = wp.float32(0.0)
-    for other in range(first, count):
-        if model.constraints.together[other - first] == model.constraints.together[row - first]:
-            greatest = wp.max(greatest, wp.abs(work.followed_matrix[other * count + other]))
-    return greatest
+def free_mobility(instance: int, row: int, model: ModelRef, work: ScratchRef) -> float:
+    """Along a row at the most, if no joint held its two bodies; of a force without what it turns."""
+    one = at(model.skeleton.row, instance, nonnegative(model.constraints.body[row]))
+    other = at(model.skeleton.row, instance, nonnegative(model.constraints.other[row]))
+    if wp.length(work.push_force[row]) > 0.0:
+        return 1.0 / one.mass + 1.0 / other.mass
+    return 1.0 / wp.min(one.inertia) + 1.0 / wp.min(other.inertia)
 
 
 @func
-def solve_constrained(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+def mobilities(instance: int, count: int, first: int, model: ModelRef, work: ScratchRef):
+    """The greatest one of the rows that hold one thing, such as a point, together with each row; 0: nothing moves.
+
+    What is rounded off the way of a push to the root and back is a share of what moves most along any row, or of what
+    moves if no joint holds the bodies, whichever is less: so light parts say nothing of heavy ones.
+    """
+    largest = wp.float32(0.0)
+    for row in range(first, count):
+        largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))
+    for row in range(first, count):
+        greatest = wp.float32(0.0)
+        for beside in range(first, count):
+            if model.constraints.held[beside - first] == model.constraints.held[row - first]:
+                greatest = wp.max(greatest, wp.abs(work.followed_matrix[beside * count + beside]))
+        least = IMMOBILE * wp.min(largest, free_mobility(instance, row - first, model, work))
+        work.push_mobility[row - first] = wp.where(greatest > least, greatest, 0.0)
+
+
+@func
+def solve_constrained(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """`followed.solve_followed` where rows from the first on are of pushes: D is negative there."""
     count = nonnegative(model.couplings.followed)
     first = nonnegative(model.constraints.first)
-    largest = wp.float32(0.0)
     for k in range(count):
         if k == first:  # coordinates have been eliminated
-            for row in range(first, count):
-                largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))
-                if lane == 0:
-                    work.push_mobility[row - first] = greatest_mobility(row, count, first, model, work)
+            if lane == 0:
+                mobilities(instance, count, first, model, work)
             synchronize()
         pivot = work.followed_matrix[k * count + k]
         moves = k < first
         if k >= first:
             mobility = work.push_mobility[k - first]
-            moves = mobility > IMMOBILE * largest
+            moves = mobility > 0.0
             pivot = pivot - YIELDING * mobility
         synchronize()
         if lane == 0:

@@ -266,7 +266,7 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
         equations(instance, lane, lanes, model, work)
         synchronize()
         if wp.static(constrained):
-            solve_constrained(lane, lanes, model, work)
+            solve_constrained(instance, lane, lanes, model, work)
         else:
             solve_followed(lane, lanes, model.couplings.followed, work)
         if lane == 0:

@@ -101,7 +101,9 @@ def _place(point: ViaPoint, poses: Poses, angles: Angles) -> Floats:
     local = plain_vector(point.place())
     for motion in point.motion:
         q = np.atleast_1d(angles[motion.joint])[:1]
-        moved = rates(motion, np.clip(q, *motion.within) if motion.within else q)[0]
+        if motion.within:
+            q = np.clip(q, motion.within[0], motion.within[1])
+        moved = rates(motion, q)[0]
         local = local + normalized(plain_vector(motion.axis)) * moved
     position, orientation = poses[point.body]
     return np.asarray(position + rotate(orientation, local))
