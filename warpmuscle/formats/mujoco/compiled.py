@@ -88,7 +88,8 @@ def _look_at_skeleton(path: Path) -> str:
 
 def _look(path: Path, folder: Path) -> None:
     """Raise SceneError unless a file and all that it includes are such as `compiled` takes."""
-    left, seen = [(path, (path,))], set[Path]()
+    left: list[tuple[Path, tuple[Path, ...]]] = [(path, (path,))]
+    seen = set[Path]()
     while left:
         file, way = left.pop()
         if file in way[:-1]:  # MuJoCo 3.2 crashes of it
