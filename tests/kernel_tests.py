@@ -17,7 +17,7 @@ except ImportError:  # Windows
 
 # Kernels for kinds of scenes that are launched once where they are asked for, and not at every step.
 SELDOM = (
-    "muscle_paths_of", "muscle_moments_of", "muscle_wrenches_of", "muscle_torques",
+    "model_forces_of", "muscle_paths_of", "muscle_moments_of", "muscle_wrenches_of", "muscle_torques",
     "forward_dynamics_of", "contact_forces_of", "controller_torques",
 )  # fmt: skip
 # Modules that are launched between steps, for a few instances.

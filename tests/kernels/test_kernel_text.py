@@ -1,5 +1,6 @@
 """What tests leave out of the text that is compiled without optimisation changes nothing in what it comes to."""
 
+import re
 from pathlib import Path
 from typing import Any
 
@@ -133,7 +134,8 @@ def test_hints_are_left_out_where_nothing_is_optimised():
     with_them, without = ("\n".join(lines_of(kernel_at(level))) for level in (2, 0))
     assert "__builtin_assume" in with_them
     assert "__builtin_assume" not in without
-    assert without.count("know_rows_0(") == with_them.count("know_rows_0(") > 1  # made, and called
+    named = re.compile(r"know_rows_\d+\(")  # by a number that depends on what other tests have made
+    assert len(named.findall(without)) == len(named.findall(with_them)) > 1  # made, and called
 
 
 def test_what_is_shorter_comes_to_the_same_to_the_bit():

@@ -1,6 +1,9 @@
 """A URDF's skeleton is read as MuJoCo compiles it; meshes and programmes in it are left out, errors are one line."""
 
+import re
 from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -89,6 +92,17 @@ def test_a_skeleton_moves_as_in_mujoco(tmp_path: Path):
     mass = np.concatenate([inverse_dynamics(scene, at, still, one[None]) - gravity for one in np.eye(2)])
     np.testing.assert_allclose(mass, along.T @ full @ along, rtol=1e-9)
     np.testing.assert_allclose(gravity[0], along.T @ data.qfrc_bias, rtol=1e-9)
+
+
+def test_a_joint_that_an_older_mujoco_would_leave_free_is_named(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):
+    def without_mimics(text: str) -> Any:
+        """As MuJoCo 3 reads it."""
+        return mujoco.MjModel.from_xml_string(re.sub("<mimic[^>]*>", "", text))
+
+    old = SimpleNamespace(**vars(mujoco) | {"MjModel": SimpleNamespace(from_xml_string=without_mimics)})
+    monkeypatch.setattr("warpmuscle.formats.mujoco.compiled.mujoco_package", lambda: old)
+    with pytest.raises(SceneError, match=r"arm\.urdf: joint 'grip' mimics another, which MuJoCo \S+ does not know"):
+        load(written(tmp_path, ARM))
 
 
 def test_a_floating_base_is_the_root(tmp_path: Path):

@@ -12,7 +12,7 @@ from xml.parsers import expat
 from warpmuscle.core.errors import SceneError, shortened
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.limits import check_size
-from warpmuscle.formats.mujoco.urdf import without_files
+from warpmuscle.formats.mujoco.urdf import mimicking, without_files
 from warpmuscle.formats.osim.elements import mended
 
 NEEDED = "reading a model of MuJoCo needs the mujoco package: pip install 'warpmuscle[mujoco]'"
@@ -52,14 +52,18 @@ def compiled(path: Path) -> Any:
     mujoco = mujoco_package()
     try:
         with _without_log(mujoco):
-            if looked is not None:
-                return mujoco.MjModel.from_xml_string(looked)
-            return mujoco.MjModel.from_xml_path(str(path))
+            if looked is None:
+                return mujoco.MjModel.from_xml_path(str(path))
+            model = mujoco.MjModel.from_xml_string(looked)
     except (ValueError, RuntimeError, OSError) as error:
         text = " ".join(str(error).split()).removeprefix("Error: ").removeprefix("XML Error: ")
         line = re.search(r"\bline (\d+)\b", text)
         message = f"MuJoCo cannot compile it: {shortened(text)}"
         raise SceneError(message, file=path, line=int(line.group(1)) if line and not skeleton else 0) from None
+    if model.neq == 0 and (names := mimicking(looked)):
+        old = f"which MuJoCo {mujoco.__version__} does not know, and would leave free: pip install -U mujoco"
+        raise SceneError(f"joint {names[0]!r} mimics another, {old}", file=path)
+    return model
 
 
 @contextlib.contextmanager
@@ -84,7 +88,8 @@ def _look_at_skeleton(path: Path) -> str:
 
 def _look(path: Path, folder: Path) -> None:
     """Raise SceneError unless a file and all that it includes are such as `compiled` takes."""
-    left, seen = [(path, (path,))], set[Path]()
+    left: list[tuple[Path, tuple[Path, ...]]] = [(path, (path,))]
+    seen = set[Path]()
     while left:
         file, way = left.pop()
         if file in way[:-1]:  # MuJoCo 3.2 crashes of it

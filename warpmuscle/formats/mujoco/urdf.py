@@ -40,6 +40,12 @@ def without_files(text: bytes | str) -> str:
     return ElementTree.tostring(root, encoding="unicode")
 
 
+def mimicking(text: str) -> list[str]:
+    """Names of the joints of a URDF that move as another one does."""
+    joints = [joint for joint in _tree(text).iter("joint") if joint.get("type") not in ("fixed", "floating")]
+    return [joint.get("name", "") for joint in joints if joint.find("mimic") is not None]
+
+
 def _tree(text: bytes | str) -> Tree:
     """Elements by the names that the file gives them, since prefixes of ROS are often bound to nothing."""
     builder = ElementTree.TreeBuilder()
