@@ -18,6 +18,7 @@ from warpmuscle.core.files import read_file
 from warpmuscle.core.limits import LIMITS, check_size
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.meshes.read import read_mesh
+from warpmuscle.formats.mujoco.compiled import compiled
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import (
     BallObject,
@@ -175,6 +176,7 @@ TOO_LARGE: dict[str, tuple[str, Callable[[Path], object]]] = {
     "mesh": ("big.stl", lambda folder: read_mesh(large("big.stl")(folder))),
     "triangles": ("many.obj", lambda folder: read_mesh(many_triangles(folder))),
     "elements": ("many.osim:", lambda folder: load(many_elements(folder))),
+    "asked": ("grid.xml:1", lambda folder: compiled(large_grid(folder))),
     "nesting": ("<text>", lambda folder: toml.loads(f"name = 'a'\n[{'.'.join('a' * 60)}]\nb = 1")),
     "bases": ("base", lambda folder: load(based(folder))),
     "values": ("", changed(long_curve)),
@@ -215,6 +217,13 @@ def many_elements(folder: Path) -> Path:
     """A model with more elements than are read."""
     path = folder / "many.osim"
     path.write_text("<OpenSimDocument>" + "<a/>" * LIMITS["elements"].most + "</OpenSimDocument>")
+    return path
+
+
+def large_grid(folder: Path) -> Path:
+    """A short text that asks for gigabytes."""
+    path = folder / "grid.xml"
+    path.write_text('<mujoco><asset><hfield nrow="100000" ncol="100000"/></asset></mujoco>')
     return path
 
 

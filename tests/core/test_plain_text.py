@@ -13,7 +13,7 @@ from patience import PATIENCE
 from warpmuscle.cli.console import PlainConsole, marked
 from warpmuscle.cli.progress_bar import Bar
 from warpmuscle.core.errors import Error, ResultError, SceneError, SignalError
-from warpmuscle.core.plain_text import few_of, many_of, number_of, printable
+from warpmuscle.core.plain_text import few_of, many_of, number_of, printable, readable
 from warpmuscle.formats import load, toml
 
 NAMES = ["[red]x", "a[/b]", "12:100:", ":boom:", "[link=http://x]y", "\\[bold]"]
@@ -141,3 +141,13 @@ def test_long_lists_of_words_say_how_many_more_there_are():
 )  # fmt: skip
 def test_counts_are_in_words_of_their_size(count, words):
     assert many_of(count, "step") == words
+
+
+@pytest.mark.parametrize(
+    ("word", "text"),
+    [("walk.h5", "walk.h5"), ("Läufe", "Läufe"), ("L\udcc3\udca4ufe", "Läufe"), ("L\udce4ufe", "L\ufffdufe")],
+    ids=ascii,
+)
+def test_a_name_in_other_bytes_than_utf_8_is_readable(word: str, text: str):
+    """Bytes of UTF-8 where the locale has none, and those of another encoding."""
+    assert readable(word) == text

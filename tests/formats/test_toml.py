@@ -230,6 +230,25 @@ def test_lines_of_keys_of_every_kind_are_found():
     assert lines[("l", "1", "n", "o")] == 11
 
 
+def test_lines_of_long_lists_are_counted_once():
+    """From the start for each item, those of a list of some megabytes would take hours."""
+
+    class Counted(str):
+        looked_at = 0
+
+        def replace(self, *_: object) -> "Counted":
+            return self
+
+        def count(self, what: str, start: int, end: int) -> int:
+            Counted.looked_at += end - start
+            return super().count(what, start, end)
+
+    text = Counted("a = [\n" + "1,\n" * 1000 + "]\nb = 2\n")
+    lines = key_lines(text)
+    assert (lines["a", "999"], lines["b",]) == (1001, 1003)
+    assert Counted.looked_at <= len(text)
+
+
 def test_a_scene_anywhere_may_be_based_on_a_shipped_one(tmp_path):
     for base in ("fwalk", "fwalk.toml"):
         (tmp_path / "mine.toml").write_text(f'name = "mine"\nbase = "{base}"\ncharacter = ["biped.toml"]\n')

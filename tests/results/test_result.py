@@ -270,3 +270,9 @@ def test_damaged_files_are_refused(tmp_path: Path):
         del file["replay/0/time"]
     with pytest.raises(ResultError, match=r"damaged result file: .*time"):
         read(path)
+
+
+def test_a_command_with_a_file_s_name_in_other_bytes_is_written(tmp_path: Path):
+    """Python keeps bytes that are no UTF-8 as halves of letters, which HDF5 does not take."""
+    write(tmp_path / "walk.h5", dataclasses.replace(plain_result(), command="warpmuscle simulate L\udce4ufe.toml"))
+    assert read(tmp_path / "walk.h5").command == "warpmuscle simulate L\ufffdufe.toml"

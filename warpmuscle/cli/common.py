@@ -16,6 +16,7 @@ import typer
 
 from warpmuscle.cli.console import log, print_ignored, print_warnings, tell_of_compiling
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import readable
 
 if TYPE_CHECKING:
     from warpmuscle.scene import Scene
@@ -302,7 +303,7 @@ def writable_beside(sources: list[str], *paths: Path) -> None:
 
 def command_line() -> str:
     """The command as it was typed, quoted so that a shell takes it again."""
-    return shlex.join(["warpmuscle", *sys.argv[1:]])
+    return shlex.join(["warpmuscle", *map(readable, sys.argv[1:])])
 
 
 def seconds(text: str) -> float:

@@ -23,6 +23,7 @@ from warpmuscle.cli.console import log, out
 from warpmuscle.cli.results import Run
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import readable
 
 if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
@@ -118,7 +119,7 @@ def robustness(
 
 def _names(sources: list[str]) -> list[str]:
     """What sources are called: without folder and suffix, if they still differ."""
-    short = [Path(source).stem or source for source in sources]
+    short = [readable(Path(source).stem or source) for source in sources]
     return short if len(set(short)) == len(sources) else sources
 
 

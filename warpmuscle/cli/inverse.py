@@ -16,7 +16,7 @@ from warpmuscle.cli.common import Device, Trust, command_line, start_warp, writa
 from warpmuscle.cli.console import log, out, suggest
 from warpmuscle.cli.recordings.inputs import predicted_loads, read_all_emg, read_all_loads, read_motions, reserves_of
 from warpmuscle.core.errors import Error
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, readable
 
 if TYPE_CHECKING:
     from collections.abc import Sequence
@@ -131,8 +131,9 @@ def inverse(
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
-            body, wanted, [path.stem for path in motions], trials, forces, filter=filter, times=times, emg=signals,
-            options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted, exact_rates=exact_rates,
+            body, wanted, [readable(path.stem) for path in motions], trials, forces, filter=filter, times=times,
+            emg=signals, options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted,
+            exact_rates=exact_rates,
             tracking=_tracking(options, window, not no_reserves, not no_residuals, ground),
         )  # fmt: skip
         about = _about(model, wanted, options, filter)

@@ -11,7 +11,7 @@ import typer
 from warpmuscle.cli.common import SceneFile, Settings, Trust, scene_names_like, start_warp, with_settings
 from warpmuscle.cli.console import log, out
 from warpmuscle.core.errors import Error
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, readable
 
 if TYPE_CHECKING:
     from warpmuscle.results.recording import Recording
@@ -78,7 +78,7 @@ def apply(
     else:
         if output.suffix.lower() != ".toml":
             raise Error(f"{output}: a scene on another one is written as .toml")
-        replace_file(output, _on_another(found, on, over, output.stem, description))
+        replace_file(output, _on_another(found, on, over, readable(output.stem), description))
     out.print(f"wrote {output}")
 
 

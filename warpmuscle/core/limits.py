@@ -27,6 +27,7 @@ LIMITS: dict[str, Limit] = {
     "mesh": Limit(2**26, "bytes", "of a file of triangles to draw, and of what it holds unpacked"),
     "triangles": Limit(2_000_000, "triangles", "of such a file: seconds to make fewer of them"),
     "elements": Limit(500_000, "elements", "of such a model: some hundred megabytes of memory"),
+    "asked": Limit(2**24, "numbers", "that one element of a MuJoCo model asks for, such as a grid of heights: memory"),
     "nesting": Limit(50, "tables, lists or elements in each other", "of a TOML file or an OpenSim model"),
     "bases": Limit(50, "scenes based on each other", "of a scene"),
     "values": Limit(500_000, "values", "of a scene, its curves and paths included: seconds to check"),

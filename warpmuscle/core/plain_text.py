@@ -20,6 +20,14 @@ def printable(text: str) -> str:
     return _UNPRINTABLE.sub(lambda found: ascii(found[0])[1:-1], text)
 
 
+def readable(word: str) -> str:
+    """A word of a command, or the name of a file, as text that any file can hold: as UTF-8, without other bytes.
+
+    Where names are not UTF-8, or the locale is not, Python keeps bytes as halves of letters, which nothing writes.
+    """
+    return word.encode("utf-8", "surrogateescape").decode("utf-8", "replace")
+
+
 def xml_text(text: str) -> str:
     """Text in which characters that no XML file may hold, even as a reference, are replaced."""
     return _NOT_IN_XML.sub("\ufffd", text)

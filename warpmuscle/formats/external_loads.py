@@ -12,6 +12,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
+from warpmuscle.core.plain_text import readable
 from warpmuscle.formats.sto import storage_text
 
 TO_OPENSIM = np.array([[0.0, 0.0, 1.0], [0.0, 1.0, 0.0], [-1.0, 0.0, 0.0]])  # x forward, y up, z right
@@ -45,7 +46,7 @@ def write_loads(loads: Sequence[Load], time: Floats, path: str | Path) -> Path:
             names += [f"{load.body}_ground_{what}{axis}" for axis in "xyz"]
             columns.append(values @ TO_OPENSIM.T)
     described = path.with_suffix(".xml")
-    replace_file(path, storage_text(path.stem, names, np.concatenate(columns, axis=1)))
+    replace_file(path, storage_text(readable(path.stem), names, np.concatenate(columns, axis=1)))
     replace_file(described, _xml(loads, path))
     return described
 
@@ -53,7 +54,8 @@ def write_loads(loads: Sequence[Load], time: Floats, path: str | Path) -> Path:
 def _xml(loads: Sequence[Load], data: Path) -> str:
     """Text of the loads' description."""
     document = ElementTree.Element("OpenSimDocument", Version="40000")
-    members = ElementTree.SubElement(ElementTree.SubElement(document, "ExternalLoads", name=data.stem), "objects")
+    every = ElementTree.SubElement(document, "ExternalLoads", name=readable(data.stem))
+    members = ElementTree.SubElement(every, "objects")
     for load in loads:
         entry = ElementTree.SubElement(members, "ExternalForce", name=f"{load.body}_ground")
         for tag, text in {

@@ -13,6 +13,7 @@ import msgspec
 
 from warpmuscle.core.arguments import answering, as_kind, as_number, as_path, as_truth, in_words
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.core.shipped import is_scene, moved_scene, shipped_file, shipped_scenes
 from warpmuscle.formats import rbs, rs, sbc, toml
 from warpmuscle.formats.lines import Ignored, Line, Notes
@@ -257,7 +258,7 @@ def _combine(paths: Sequence[Path], suffixes: Sequence[str], keyword_rule: bool,
         if len(by_suffix[suffix]) > 1:
             raise SceneError(f"more than one {suffix} file: {', '.join(map(str, by_suffix[suffix]))}")
     scene, character_file = _bodies(by_suffix[".rbs"], keyword_rule, notes)
-    scene.name = (by_suffix[".sbc"] or [character_file])[0].stem
+    scene.name = readable((by_suffix[".sbc"] or [character_file])[0].stem)
     state_line: Line | None = None
     if by_suffix[".sbc"]:
         contents = sbc.read(by_suffix[".sbc"][0], scene.character, notes)
@@ -285,7 +286,7 @@ def _bodies(paths: Sequence[Path], keyword_rule: bool, notes: Notes) -> tuple[Sc
         if contents.character is not None:
             if scene is not None:
                 raise SceneError(f"a scene has one character, but {character_file} has one, too", file=path)
-            scene = Scene(name=path.stem, character=contents.character, initial_state=contents.initial)
+            scene = Scene(name=readable(path.stem), character=contents.character, initial_state=contents.initial)
             # What gaits of these files are searched for in Bergmann 2017.
             scene.objective = msgspec.structs.replace(scene.objective, torque=1.0)
             character_file = path

@@ -34,6 +34,7 @@ class _Walk:
     def __init__(self, text: str) -> None:
         self.text, self.at = text.replace("\r\n", "\n"), 0
         self.lines: dict[Path, int] = {}
+        self._line, self._counted = 1, 0  # the line of the last mark, and how much of the text was looked at for it
         self.counts: dict[Path, int] = {}  # items so far of the arrays of tables
         table: Path = ()
         self.blank()
@@ -57,7 +58,9 @@ class _Walk:
 
     def mark(self, path: Path) -> None:
         """The path stands in the line of the current position, unless it stood somewhere before."""
-        self.lines.setdefault(path, self.text.count("\n", 0, self.at) + 1)
+        self._line += self.text.count("\n", self._counted, self.at)
+        self._counted = self.at
+        self.lines.setdefault(path, self._line)
 
     def header(self) -> Path:
         """Pass the rest of `[table]` or `[[table]]`; the path of what follows, with the indices of the last items."""

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from warpmuscle.core.errors import ResultError
 from warpmuscle.core.hdf5_writing import store
+from warpmuscle.core.plain_text import readable
 from warpmuscle.core.status import Status
 from warpmuscle.results.learned import CURVE, Ancestor, KeptGait, Learned, PolicyTable
 from warpmuscle.results.motion_layout import put_motions
@@ -41,7 +42,8 @@ def put(file: Any, result: Result, file_format: str = FORMAT) -> None:
         file.attrs[f"{name}_version"] = result.versions[name]
     for name in sorted(result.machine):
         file.attrs[name] = result.machine[name]
-    file.attrs["device"], file.attrs["command"], file.attrs["seed"] = result.device, result.command, result.seed
+    file.attrs["device"], file.attrs["seed"] = result.device, result.seed
+    file.attrs["command"] = readable(result.command)  # which may name files
     store(file, "scene", result.scene, description="the experiment, as TOML")
     _put_parameters(file, result.parameters)
     if result.evaluations is not None:

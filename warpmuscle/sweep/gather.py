@@ -31,6 +31,7 @@ from warpmuscle.core import hdf5
 from warpmuscle.core.errors import ResultError, SceneError
 from warpmuscle.core.files import read_file, unreadable
 from warpmuscle.core.hdf5_writing import Column, store, streamed
+from warpmuscle.core.plain_text import readable
 from warpmuscle.core.status import Status
 from warpmuscle.results.records import COLUMNS, installed_versions
 from warpmuscle.results.result import SWEEP_FORMAT, SWEEP_VERSION
@@ -95,7 +96,7 @@ def writing(folder: Folder, manifest: Manifest, output: Path, command: str, whol
     try:
         with streamed(output) as file:
             file.attrs["format"], file.attrs["format_version"] = SWEEP_FORMAT, SWEEP_VERSION
-            file.attrs["name"], file.attrs["command"], file.attrs["ended"] = manifest.name, command, whole
+            file.attrs["name"], file.attrs["command"], file.attrs["ended"] = manifest.name, readable(command), whole
             for name, version in sorted(installed_versions().items()):
                 file.attrs[f"{name}_version"] = version
             for name, value in sorted(manifest.origin.items()):

@@ -12,6 +12,7 @@ from scipy.interpolate import CubicSpline
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SignalError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.synergy.tables import Table
 
 TIMES = {"time": 1.0, "time_s": 1.0, "t": 1.0, "t_s": 1.0, "time_ms": 1e-3, "t_ms": 1e-3}  # s
@@ -57,7 +58,7 @@ class Columns:
     @classmethod
     def of_table(cls, table: Table) -> Columns:
         """Those of a file with one motion, which is called as the file is."""
-        return cls(table.path, table.path.stem, [plain_name(name) for name in table.names], table)
+        return cls(table.path, readable(table.path.stem), [plain_name(name) for name in table.names], table)
 
     def only(self, what: str, names: Sequence[str]) -> str | None:
         """The one of these columns that there is, None if there is none."""

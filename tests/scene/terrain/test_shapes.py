@@ -2,6 +2,7 @@
 
 import math
 
+import msgspec
 import numpy as np
 import pytest
 
@@ -159,3 +160,9 @@ def test_no_slope_is_greater_than_the_steepest():
         _, along_x, along_z = grid.height_and_slope(X, Z)
         assert np.hypot(along_x, along_z).max() <= grid.steepest + 1e-12
     assert grid_of(Slope(0.3)).steepest == pytest.approx(math.tan(0.3))
+
+
+@pytest.mark.parametrize("tile", [Steps(height=-0.0), Stones(height=-0.0), Rough(height=-0.0)])
+def test_a_height_of_minus_nothing_is_none(tile: Steps | Stones | Rough):
+    level = msgspec.structs.replace(tile, height=0.0)
+    np.testing.assert_array_equal(grid_of(tile).heights, grid_of(level).heights)

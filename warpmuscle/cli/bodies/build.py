@@ -9,7 +9,7 @@ import typer
 
 from warpmuscle.cli.common import SceneFile, command_line, writable
 from warpmuscle.cli.console import out, suggest
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, readable
 
 
 def build(
@@ -34,7 +34,7 @@ def build(
     writable(output)
     creature = read_creature(file)
     try:
-        scene = creature_scene(creature, output.stem)
+        scene = creature_scene(creature, readable(output.stem))
     except SceneError as error:
         raise toml.Source.read(file).placed(error) from None
     replace_file(output, f"# By `{command_line()}`.\n\n{toml.dumps(scene)}")

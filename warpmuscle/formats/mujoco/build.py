@@ -8,6 +8,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.core.pose import rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.mujoco.actuators import driven_joint, put_drives
@@ -56,7 +57,7 @@ def _build(path: Path, notes: Notes) -> Scene:
     drives = {actuator for actuator in range(model.nu) if driven_joint(reference, character, actuator) is not None}
     common, character.muscles = build_muscles(reference, tendons, moving, drives)
     character.surfaces = tendons.surfaces
-    scene = Scene(name=path.stem, character=character, muscle_model=common, gravity=reference.gravity)
+    scene = Scene(name=readable(path.stem), character=character, muscle_model=common, gravity=reference.gravity)
     scene.description = f"{'URDF' if path.suffix.lower() == URDF else 'MuJoCo model'} {path.name}"
     scene.time_step = float(model.opt.timestep)
     scene.ground = build_contact(reference, character)

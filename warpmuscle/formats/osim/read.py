@@ -6,6 +6,7 @@ import re
 from pathlib import Path
 
 from warpmuscle.core.errors import SceneError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.actions.controls import PRESCRIBED, read_controls
 from warpmuscle.formats.osim.actions.read import READERS, taken
@@ -67,7 +68,7 @@ def read(path: Path, notes: Notes) -> Model:
     top.used = True
     upgraded(top, version)
     rename_duplicates(top, notes)
-    found = Model(path, top.name or path.stem, top.line, version)
+    found = Model(path, top.name or readable(path.stem), top.line, version)
     found.credits = " ".join(own_text.words()) if (own_text := top.child("credits")) is not None else ""
     defaults = top.child("defaults")
     own = Properties(defaults)

@@ -14,6 +14,7 @@ from pathlib import Path
 import numpy as np
 
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.plain_text import readable
 from warpmuscle.core.pose import about, rotate
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.placement import WORLD, direction, vector
@@ -113,7 +114,7 @@ class _Builder:
             if name != "ground":
                 character.bodies[name] = self._body(body)
                 self._notes.places[f"character.bodies.{name}"] = (body.file, body.line)
-        scene = Scene(self._model.string_of("name") or self._file.stem, character)
+        scene = Scene(self._model.string_of("name") or readable(self._file.stem), character)
         found = HyfydyModel(scene, coordinates)
         if any(node.find("stiffness") is not None for node in joints.values()) or self._settings.children:
             self._notes.ignore(self._file, self._settings.line, "joint_stiffness", HELD)

@@ -6,6 +6,7 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from warpmuscle.core.errors import SceneError, shortened
+from warpmuscle.core.plain_text import readable
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.build import load_model
 from warpmuscle.formats.scone.controller import CONTROLLERS, read_controllers
@@ -74,7 +75,7 @@ def load_scenario(path: Path, notes: Notes, values: Path | None = None) -> Scene
     top = parse(path, notes)
     if top.find("model") is not None:
         found = read_model(top, notes)
-        found.scene.name = path.stem
+        found.scene.name = readable(path.stem)
         found.scene.time_step = TIME_STEP
         put_start(found.scene, found.coordinates, {}, {})
         put_load(found.scene, 1.0)
@@ -128,7 +129,7 @@ class _Scenario:
             objective.fail(f"there is no model in it; there are {', '.join(MODELS)}")
         found = self._model(node)
         scene = found.scene
-        scene.name, scene.time_step = self._path.stem, TIME_STEP
+        scene.name, scene.time_step = readable(self._path.stem), TIME_STEP
         scene.duration = objective.number_of("max_duration", node.number_of("simulation_end_time", 10.0))
         scene.failure.heading = 0.0  # measures end a simulation by its height alone
         root = {name: found.coordinates[name] for name in found.root if name in found.coordinates}

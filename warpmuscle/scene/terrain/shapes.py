@@ -57,10 +57,16 @@ def stairs(tile: Stairs) -> Grid:
     return along_z(tile.rise * levels, Axis(tile.start - cell, cell))
 
 
+def _drawn(tile: Steps | Stones | Rough, shape: int | tuple[int, ...]) -> Floats:
+    """Heights of this shape, m, up to that of the tile to either side of 0, which may be written -0.0."""
+    most = abs(tile.height)
+    return np.asarray(np.random.default_rng(tile.seed).uniform(-most, most, shape))
+
+
 def steps(tile: Steps) -> Grid:
     """Points at both ends of every riser."""
     cell, whole = cell_of(tile.length, tile.riser)
-    drawn = np.random.default_rng(tile.seed).uniform(-tile.height, tile.height, tile.count)
+    drawn = _drawn(tile, tile.count)
     return along_z(np.concatenate([[0.0], np.repeat(drawn, whole), [0.0]]), Axis(tile.start - cell, cell))
 
 
@@ -70,7 +76,7 @@ def stones(tile: Stones) -> Grid:
     wide, long = (
         _runs(count, cells(size, cell) + 1, whole - 1) for count, size in zip(tile.count, tile.size, strict=True)
     )
-    drawn = np.random.default_rng(tile.seed).uniform(-tile.height, tile.height, tile.count[::-1])
+    drawn = _drawn(tile, tile.count[::-1])
     heights = np.where((long[:, None] < 0) | (wide < 0), -tile.depth, drawn[long[:, None], wide])
     level = np.zeros((1, len(wide)))
     middle = 0.5 * (len(wide) - 1) * cell
@@ -100,7 +106,7 @@ def waves(tile: Waves) -> Grid:
 def rough(tile: Rough) -> Grid:
     """Random heights, which repeat; the middle is at the origin."""
     columns, rows = tile.count
-    drawn = np.random.default_rng(tile.seed).uniform(-tile.height, tile.height, (rows, columns))
+    drawn = _drawn(tile, (rows, columns))
     return _repeated(drawn, tile.spacing, tile.spacing)
 
 

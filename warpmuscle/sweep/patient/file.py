@@ -35,6 +35,7 @@ import numpy as np
 
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.formats.toml import Source
 from warpmuscle.optimization.options import check_options
 from warpmuscle.results.records import SearchOptions
@@ -110,7 +111,7 @@ class PatientFile:
 
     @property
     def title(self) -> str:
-        return self.asked.title or self.path.stem
+        return self.asked.title or readable(self.path.stem)
 
     @property
     def changes(self) -> dict[str, dict[str, Any]]:

@@ -11,6 +11,7 @@ import numpy as np
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
+from warpmuscle.core.plain_text import readable
 from warpmuscle.gait.cycles import Strides, body_weight, leg_angles, over_strides, strides
 from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.measures import feet_of
@@ -116,9 +117,8 @@ def _motions(asked: PatientFile, one: patient_file.Recording, device: str | None
     if loads is not None:
         inside = (times[0] >= loads.times[0]) & (times[0] <= loads.times[-1])
         times = [times[0][inside]]
-    trial = run_steps(
-        body, ("id",), [Path(one.motion).stem], [coordinates], [loads], filter=one.filter, times=times, recorded=True
-    )[0]
+    name = readable(Path(one.motion).stem)
+    trial = run_steps(body, ("id",), [name], [coordinates], [loads], filter=one.filter, times=times, recorded=True)[0]
     assert trial.recording is not None
     return [(trial.recording, scene_with_feet(body.scene))]
 

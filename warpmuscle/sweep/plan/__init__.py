@@ -52,6 +52,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.decoding import to_type
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.limits import check_size
+from warpmuscle.core.plain_text import readable
 from warpmuscle.formats.overrides import Override
 from warpmuscle.formats.toml import Source
 from warpmuscle.results.brief import ALL, BEST
@@ -151,7 +152,7 @@ def _made(
     """The plan of a file whose adaptive points are these beside the first ones; `again` makes one of others."""
     sample = None if file.sample is None else sampled(source, file.sample, chosen)
     runs = _runs(source, file, base, [] if sample is None else [sample.choices])
-    name = file.name or path.stem
+    name = file.name or readable(path.stem)
     if file.study is not None and file.training is not None:
         raise SceneError("a study measures the best motions of searches; trainings have none", key="study")
     study = None if file.study is None else study_of(file.study, name, [run.axes for run in runs])
