@@ -80,6 +80,7 @@ class Learner:
         self.ppo.shuffle(self.random)
         self.ppo.min_log_deviation.fill_(self.options.min_log_deviation(self.iterations + 1))
         self.ppo.max_log_deviation.fill_(self.options.max_log_deviation(self.iterations + 1))
+        self.ppo.bound_deviation()
         alone = self.options.critic_iterations
         if self.iterations < alone:
             self._work(critic_alone=True)

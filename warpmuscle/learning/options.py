@@ -45,7 +45,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     value_weight: Weight = 1.0
     entropy_weight: Weight = 0.0
     effort_weight: Weight = 0.0  # of the squared excitations that the policy means, each by its muscle's share in the
-    # mass of all: muscles that do nothing for the reward relax, which noise of so many hides from rewards
+    # mass of all: muscles that do nothing for the reward relax, which noise of so many hides from rewards; beside
+    # advantages in their standard deviations 0.1 is much
     learning_rate: Positive = 1e-3  # at first
     min_learning_rate: Positive = 5e-5
     max_learning_rate: Positive = 5e-3

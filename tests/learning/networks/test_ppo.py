@@ -262,8 +262,9 @@ def test_noise_is_held_for_a_while_falls_from_then_on_and_is_free_to_fall_furthe
     whole = Learner(PointMasses(8), options_of(sizes | held | bound), 1)
     told = [whole.iterate()["deviation"] for _ in range(9)]
     assert all(0.4 - 1e-6 <= one <= 0.5 + 1e-6 for one in told[:3])
-    np.testing.assert_allclose(told[4:8], 0.5 * 0.2 ** (np.arange(1, 5) / 4.0), rtol=0.05)  # the bound, from there
-    assert told[8] == pytest.approx(0.1, rel=1e-3)
+    bounds = 0.5 * 0.2 ** (np.array([1, 2, 3, 4, 4]) / 4.0)  # from there; an update may go below
+    assert (told[4:] <= bounds * (1.0 + 1e-6)).all()
+    np.testing.assert_allclose(told[4:], bounds, rtol=0.06)
     options = options_of(sizes | held | bound)
     assert np.exp([options.min_log_deviation(k) for k in (0, 3, 4, 9)]) == pytest.approx([0.4, 0.4, 0.05, 0.05])
     for wrong in (0.6, 0.01):
@@ -317,7 +318,9 @@ def test_noise_that_would_fall_is_kept_by_its_floor():
         for _ in range(iterations):
             with torch.no_grad():
                 learner.networks.log_deviation.fill_(-5.0)
-            assert learner.iterate()["deviation"] == pytest.approx(low, rel=0.01)
+            row = learner.iterate()
+            assert low * (1.0 - 1e-6) <= row["deviation"] <= 1.03 * low
+            assert row["divergence"] < 0.1  # actions were drawn with it; from noise of exp(-5) it would be nats
 
 
 def test_noise_falls_evenly_to_its_end_and_goes_on_falling_after_a_kill():
@@ -331,7 +334,9 @@ def test_noise_falls_evenly_to_its_end_and_goes_on_falling_after_a_kill():
     again.restore(whole.state())
     for _ in range(5):
         told.append(whole.iterate()["deviation"])
-    np.testing.assert_allclose(told, 0.5 * 0.2 ** np.minimum(np.arange(1, 9) / 6.0, 1.0), rtol=0.02)
+    bounds = 0.5 * 0.2 ** np.minimum(np.arange(1, 9) / 6.0, 1.0)
+    assert (told <= bounds * (1.0 + 1e-6)).all()
+    np.testing.assert_allclose(told, bounds, rtol=0.05)
     np.testing.assert_array_equal([again.iterate()["deviation"] for _ in range(5)], told[3:])
     for wrong in (0.6, 0.01):
         with pytest.raises(Error, match="end_deviation must lie between"):

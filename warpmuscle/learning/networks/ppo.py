@@ -114,6 +114,14 @@ class PPO:
                 drawn = drawn + self.experience.samples * images
             epoch.copy_(drawn[: count * size].view(count, size))
 
+    def bound_deviation(self) -> None:
+        """Let noise be within its bounds; also before actions are drawn, since an update relies on what drew them."""
+        with torch.no_grad():
+            noise = self.networks.log_deviation
+            noise.copy_(torch.maximum(noise, self.min_log_deviation))
+            if self.options.end_deviation:
+                noise.copy_(torch.minimum(noise, self.max_log_deviation))
+
     def begin_anew(self) -> None:
         """Forget what earlier gradients were like, and how the learning rate has adapted to them."""
         self.adam.restart(self.options.learning_rate)
@@ -186,9 +194,7 @@ class PPO:
             divergence = _divergence(old_mean, old, mean, networks.log_deviation, own)
             self._adapt(divergence)
             self.adam.step()
-            networks.log_deviation.copy_(torch.maximum(networks.log_deviation, self.min_log_deviation))
-            if options.end_deviation:
-                networks.log_deviation.copy_(torch.minimum(networks.log_deviation, self.max_log_deviation))
+            self.bound_deviation()
             outside = ((ratio - 1.0).abs() > options.clip).float().mean()
             statistics = torch.stack([policy_loss.detach(), value_loss.detach(), divergence, outside])
             self.statistics.add_(torch.nan_to_num(statistics) / self.order[:, :, 0].numel())
