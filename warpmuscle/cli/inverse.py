@@ -131,9 +131,8 @@ def inverse(
         times = [frames_of(trial, begin, end, every) for trial in trials]
         shown.update("computing; kernels that are new are compiled first")
         found = run_steps(
-            body, wanted, [readable(path.stem) for path in motions], trials, forces, filter=filter, times=times,
-            emg=signals, options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted,
-            exact_rates=exact_rates,
+            body, wanted, list(map(_name, motions)), trials, forces, filter=filter, times=times, emg=signals,
+            options=options, on=on, frame=frame, recorded=output is not None, fitted=fitted, exact_rates=exact_rates,
             tracking=_tracking(options, window, not no_reserves, not no_residuals, ground),
         )  # fmt: skip
         about = _about(model, wanted, options, filter)
@@ -148,6 +147,10 @@ def _about(model: str, steps: Sequence[str], options: ActivationOptions, cutoff:
     """How a result was made, as attributes of its file."""
     about = {"command": command_line(), "model": model, "steps": ",".join(steps)}
     return about | {"options": json.dumps(vars(options)), "filter": "none" if cutoff is None else f"{cutoff:g} Hz"}
+
+
+def _name(motion: Path) -> str:
+    return readable(motion.stem)
 
 
 def _tracking(

@@ -348,7 +348,7 @@ class Live(Viewer):
             ground = ground_content(self.run.numeric)
             edits = {} if self.editor is None else {"edits": self.editor.values()}
             known = {"values": values, "status": self._words(track), "doll": doll, "ground": ground, **edits}
-            return [json.dumps(known | self._heard.told()), frames]
+            return [json.dumps(known | self._heard.for_page()), frames]
 
     def _tell(self, what: dict[str, Any]) -> None:
-        self.server.tell(json.dumps(what | self._heard.told()))
+        self.server.tell(json.dumps(what | self._heard.for_page()))

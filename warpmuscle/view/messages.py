@@ -12,14 +12,14 @@ from warpmuscle.core.limits import GREATEST_NUMBER
 LARGEST = 1 << 12  # bytes of a message
 LONGEST = 1000  # letters of a value
 PAGES = 64  # whose messages are counted
-Whole = Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]  # that JavaScript counts without an error
+NaturalNumber = Annotated[int, msgspec.Meta(ge=0, le=1 << 53)]  # that JavaScript counts without an error
 
 
 class Counted(msgspec.Struct, forbid_unknown_fields=True, kw_only=True):
     """Which message of which page it is: from 1 on, and a number that the page has drawn; 0 where it does not count."""
 
-    page: Whole = 0
-    count: Whole = 0
+    page: NaturalNumber = 0
+    count: NaturalNumber = 0
 
 
 class Used(Counted, forbid_unknown_fields=True):
@@ -68,7 +68,7 @@ class Heard:
             while len(self._counts) > PAGES:
                 del self._counts[next(iter(self._counts))]
 
-    def told(self) -> dict[str, Any]:
+    def for_page(self) -> dict[str, Any]:
         """What pages are told of it."""
         return {"heard": dict(self._counts)} if self._counts else {}
 
