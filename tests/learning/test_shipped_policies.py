@@ -17,6 +17,7 @@ NAMES = [
     pytest.param("gait2392_by_policy", marks=pytest.mark.long),
     pytest.param("gait2392_arms_by_policy", marks=pytest.mark.long),
     pytest.param("gait2392_arms_like_people", marks=pytest.mark.long),
+    pytest.param("gait2392_arms_feet", marks=pytest.mark.long),
 ]
 
 

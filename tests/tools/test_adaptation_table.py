@@ -79,6 +79,12 @@ def test_half_of_what_weakness_changed_has_to_come_back(before, after, found):
     assert recovered(Wanted("speed", False, 0.1), 1.2, before, after) == found
 
 
+def test_sides_that_come_to_differ_the_other_way_have_not_recovered():
+    step = Wanted("step length", True, 0.01)
+    assert recovered(step, 0.0, -0.04, 0.08) == ("-100", "not recovered")
+    assert recovered(step, 0.0, -0.04, 0.01) == ("75", "recovered")
+
+
 def test_what_comes_back_is_told_of_each_weak_body_and_can_fail():
     sided = {"gait profile score": (4.0, 4.0), "step length": (0.6, 0.6)}
     weak = {"speed": 1.0, "gait profile score": (7.0, 5.0), "step length": (0.62, 0.58)}

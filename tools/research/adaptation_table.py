@@ -193,6 +193,8 @@ def recovered(one: Wanted, healthy: float, before: float, after: float) -> tuple
     if abs(before - healthy) < one.least:
         return "", "weakness changed too little"
     share = (before - after) / (before - healthy)
+    if one.sides:  # who comes to differ the other way has not recovered
+        share = 1.0 - abs(after - healthy) / abs(before - healthy)
     return f"{100.0 * share:.0f}", "recovered" if share >= HALF else "not recovered"
 
 

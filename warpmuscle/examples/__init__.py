@@ -152,6 +152,7 @@ EXAMPLES = {
             "gait2392_arms_by_policy.h5",
             "gait2392_arms_from_noise.toml",
             "gait2392_arms_feet.toml",
+            "gait2392_arms_feet.h5",
             "gait2392_arms_like_people.toml",
             "gait2392_arms_like_people.h5",
             "gait2392_run_by_policy.toml",

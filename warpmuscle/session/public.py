@@ -17,7 +17,7 @@ PUBLIC: dict[str, tuple[str, ...]] = {  # by module
     "core.machine": ("this_machine",),
     "core.names": ("file_name",),
     "core.number_rows": ("first_number", "rows"),
-    "core.plain_text": ("few_of", "number_of"),
+    "core.plain_text": ("few_of", "number_of", "readable"),
     "core.pose": ("about", "conjugate", "from_rotation_vector", "multiply", "normalized", "rotate", "twist_angle"),
     "formats.toml": ("dumps",),
     "model.path_table": ("joints_of_muscles",),
