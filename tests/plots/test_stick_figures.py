@@ -10,11 +10,12 @@ import pytest
 from biped import biped
 from small_result import march as marched
 from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import rotate
 from warpmuscle.gait.measures import Gait
 from warpmuscle.plots import stick_figures as plot
 from warpmuscle.plots.projection import project
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Ground, Scene, Terrain
+from warpmuscle.scene import Capsule, Ground, Scene, Terrain
 from warpmuscle.scene.anatomy import convex_hull, leg, pieces
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Waves
@@ -92,6 +93,23 @@ def test_sides_follow_from_the_reference_pose():
     assert sides["lLowerarm"] == sides["lFoot"] == "left"
     assert sides["rToes"] == sides["rUpperleg"] == "right"
     assert sides["pelvis"] == sides["head"] == "middle"
+
+
+def test_a_foot_of_spheres_is_drawn_as_deep_as_it_touches():
+    character, radius = biped(), 0.08
+    character.bodies["lFoot"].shapes = [Capsule(start=(-0.02, 0.0, -0.06), end=(0.02, 0.0, -0.06), radius=radius)]
+    recording = march(1.0)
+    (foot,) = (piece for piece in pieces(character, FEET) if piece.body == "lFoot")
+    index, frame = recording.body_names.index("lFoot"), 30
+    place, turn = recording.body_position[frame, index], recording.body_orientation[frame, index]
+    ends = place + rotate(turn, np.array([[-0.02, 0.0, -0.06], [0.02, 0.0, -0.06]]))
+    joints = [character.joints["lAnkle"].position_in_child, character.joints["lToeJoint"].position_in_parent]
+    bones = place + rotate(turn, np.array(joints, dtype=float))
+    drawn = project(recording, foot, frame, (2, 1))
+    lowest = min(float(ends[:, 1].min()) - radius, float(bones[:, 1].min()))
+    assert drawn[:, 1].min() == pytest.approx(lowest, abs=1e-6)
+    reach = max(float(ends[:, 2].max()) + radius, float(bones[:, 2].max()))
+    assert drawn[:, 0].max() == pytest.approx(reach, abs=1e-6)
 
 
 def test_leg_runs_from_the_root_to_the_foot():
