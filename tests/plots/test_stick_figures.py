@@ -6,15 +6,18 @@ import sys
 
 import numpy as np
 import pytest
+from matplotlib.backends.backend_agg import FigureCanvasAgg
 
 from biped import biped
 from small_result import march as marched
 from warpmuscle.core.errors import Error
+from warpmuscle.core.pose import rotate
 from warpmuscle.gait.measures import Gait
 from warpmuscle.plots import stick_figures as plot
 from warpmuscle.plots.projection import project
+from warpmuscle.plots.style import empty_figure, style
 from warpmuscle.results.recording import Recording
-from warpmuscle.scene import Ground, Scene, Terrain
+from warpmuscle.scene import Capsule, Ground, Scene, Terrain
 from warpmuscle.scene.anatomy import convex_hull, leg, pieces
 from warpmuscle.scene.terrain.surface import surface
 from warpmuscle.scene.terrain.tiles import Waves
@@ -92,6 +95,38 @@ def test_sides_follow_from_the_reference_pose():
     assert sides["lLowerarm"] == sides["lFoot"] == "left"
     assert sides["rToes"] == sides["rUpperleg"] == "right"
     assert sides["pelvis"] == sides["head"] == "middle"
+
+
+@pytest.mark.parametrize("middle", [-0.6, 0.0, 12.4])
+def test_labels_of_a_narrow_front_view_stand_apart(middle: float):
+    with style():
+        figure = empty_figure(figsize=(7.2, 5.1))
+        axes = figure.add_axes((0.8, 0.4, 0.72 / 7.2, 0.5))  # as wide as beside nine figures on stairs
+        plot._draw_front(axes, march(1.2), [], 30)
+        axes.set_xlim(middle - 0.37, middle + 0.37)
+        FigureCanvasAgg(figure).draw()
+    low, high = axes.get_xlim()
+    shown = [label for label in axes.get_xticklabels() if low <= label.get_position()[0] <= high]
+    boxes = sorted((box.x0, box.x1) for box in (label.get_window_extent() for label in shown))
+    assert boxes
+    assert all(one[1] < other[0] for one, other in itertools.pairwise(boxes))
+
+
+def test_a_foot_of_spheres_is_drawn_as_deep_as_it_touches():
+    character, radius = biped(), 0.08
+    character.bodies["lFoot"].shapes = [Capsule(start=(-0.02, 0.0, -0.06), end=(0.02, 0.0, -0.06), radius=radius)]
+    recording = march(1.0)
+    (foot,) = (piece for piece in pieces(character, FEET) if piece.body == "lFoot")
+    index, frame = recording.body_names.index("lFoot"), 30
+    place, turn = recording.body_position[frame, index], recording.body_orientation[frame, index]
+    ends = place + rotate(turn, np.array([[-0.02, 0.0, -0.06], [0.02, 0.0, -0.06]]))
+    joints = [character.joints["lAnkle"].position_in_child, character.joints["lToeJoint"].position_in_parent]
+    bones = place + rotate(turn, np.array(joints, dtype=float))
+    drawn = project(recording, foot, frame, (2, 1))
+    lowest = min(float(ends[:, 1].min()) - radius, float(bones[:, 1].min()))
+    assert drawn[:, 1].min() == pytest.approx(lowest, abs=1e-6)
+    reach = max(float(ends[:, 2].max()) + radius, float(bones[:, 2].max()))
+    assert drawn[:, 0].max() == pytest.approx(reach, abs=1e-6)
 
 
 def test_leg_runs_from_the_root_to_the_foot():

@@ -19,5 +19,5 @@ def project(recording: Recording, piece: Piece, frame: int, axes: tuple[int, int
     flat: Floats = (recording.body_position[frame, index] + turned)[:, list(axes)]
     if not piece.outline:
         return flat
-    circle = piece.radius * np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
-    return convex_hull((flat[:, None] + circle).reshape(-1, 2))
+    circle = np.stack([np.cos(_CIRCLE), np.sin(_CIRCLE)], axis=1)
+    return convex_hull((flat[:, None] + np.reshape(piece.radii, (-1, 1, 1)) * circle).reshape(-1, 2))

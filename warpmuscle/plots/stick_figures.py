@@ -218,7 +218,7 @@ def _draw_front(axes: Axes, recording: Recording, drawn: list[Piece], frame: int
     _draw_figure(axes, recording, drawn, frame, _FRONT, 0.0)
     axes.plot(*recording.com[frame, :2], "o", color=_COM_COLOR, ms=3.5, zorder=4)
     axes.tick_params(labelleft=False)
-    axes.locator_params(axis="x", nbins=3)
+    axes.locator_params(axis="x", nbins=3, steps=[1, 5, 10], min_n_ticks=1)  # no room for more labels
     axes.xaxis.set_major_formatter("{x:g}")
     axes.set(title=f"Front, {recording.time[frame]:.2f} s", xlabel="left, x (m)")
 

@@ -35,7 +35,7 @@ class Piece:
     side: Side
     points: Floats  # (n, 3) m, in the body's frame
     outline: bool = False
-    radius: float = 0.0  # m, of the spheres
+    radii: Floats | float = 0.0  # (n,) m, of the spheres
 
 
 def bone_lines(character: Character, name: str) -> list[Floats]:
@@ -209,7 +209,7 @@ def sides_of(character: Character) -> dict[str, Side]:
 
 
 def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Piece:
-    """Outline of a shape, stretched so as to hold the points of `reach`."""
+    """Outline of a shape, stretched to hold the points of `reach`, which do not touch the ground and have no radius."""
     radius = 0.0
     if isinstance(shape, Box):
         corners = np.array([first_row(shape.low), first_row(shape.high)])
@@ -218,7 +218,8 @@ def _outline(body: str, side: Side, shape: Shape, reach: Sequence[Floats]) -> Pi
         radius = first_number(shape.radius)
         ends = (shape.start, shape.end) if isinstance(shape, Capsule) else (shape.center,)
         points = np.array([first_row(end) for end in ends])
-    return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radius=radius)
+    radii = np.repeat([radius, 0.0], [len(points), len(reach)])
+    return Piece(body, side, np.array([*points, *reach], dtype=float), outline=True, radii=radii)
 
 
 def far_end(shape: Shape, start: Floats) -> Floats:
