@@ -25,7 +25,7 @@ BETWEEN = frozenset(
     f"warpmuscle.kernels.{module}"
     for module in (
         *("inverse.inverse_dynamics", "learning.episodes", "learning.rewards", "learning.senses"),
-        *("program.frames", "program.gather", "stages", "terrain_starts"),
+        *("program.frames", "program.gather", "stages", "contact.terrain_starts"),
     )
 )
 _loads = [0]  # how often a launch has asked for a module

@@ -40,7 +40,7 @@ class TerrainStarts:
         if isinstance(mask, np.ndarray):
             mask = wp.array(mask, dtype=bool, device=self._device)
         self._find(model, state)
-        from warpmuscle.kernels import terrain_starts
+        from warpmuscle.kernels.contact import terrain_starts
 
         inputs = [self._all if mask is None else mask, self._root, self._rise, state]
         wp.launch(terrain_starts.raise_roots, len(self._rise), inputs, device=self._device)
@@ -53,7 +53,7 @@ class TerrainStarts:
         return np.asarray(self._rise.numpy(), dtype=np.float64)
 
     def _find(self, model: structs.Model, state: structs.State) -> None:
-        from warpmuscle.kernels import terrain_starts  # with kernels, whose functions Warp parses at once
+        from warpmuscle.kernels.contact import terrain_starts  # with kernels, whose functions Warp parses at once
 
         inputs = [model, state, self._root, self._clearing, self._rise]
         wp.launch(terrain_starts.highest_rise, len(self._rise), inputs, device=self._device)

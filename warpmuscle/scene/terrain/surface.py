@@ -40,7 +40,7 @@ class Lie(NamedTuple):
         return self.scale * height, self.scale * (u * cosine + w * sine), self.scale * (w * cosine - u * sine)
 
 
-AROUND = 4  # places to each side of the root at which the ground is asked at a start; see `kernels.terrain_starts`
+AROUND = 4  # places to each side of the root where the ground is asked at a start; see `kernels.contact.terrain_starts`
 
 
 class Surface(NamedTuple):
