@@ -18,28 +18,22 @@ import mujoco
 import numpy as np
 import typer
 import warp as wp
-from mujoco_poses import Floats, NotCompared, Oracle
+from free_runs import FRAMES, START, Floats, differences, drawn, excited, show_table
+from mujoco_poses import NotCompared, Oracle
 
 import warpmuscle as wm
 from warpmuscle.core.errors import SceneError
-from warpmuscle.scene import Excitation, Failure, Scene
+from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.rollout import Rollout
 
-START, MOST = 0.05, 0.5  # excitation at first, and the most that is drawn
-KNOTS, FRAMES = 3, 50
 SHORT = 1.0e-4  # s, MuJoCo's shorter step
 COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "MuJoCo's own step and 0.1 ms")
 
 
-def drawn(count: int, seconds: float, seed: int) -> tuple[Floats, Floats]:
-    """Times (KNOTS,) and excitations (count, KNOTS) at them."""
-    values = np.random.default_rng(seed).uniform(0.0, MOST, (count, KNOTS))
-    values[:, 0] = START
-    return np.linspace(0.0, seconds, KNOTS), values
-
-
-def theirs(oracle: Oracle, start: Floats, times: Floats, values: Floats, step: float, moments: Floats) -> Floats:
+def theirs(
+    oracle: Oracle, start: Floats, times: Floats, values: dict[str, Floats], step: float, moments: Floats
+) -> Floats:
     """MuJoCo's free coordinates (n, F) at some times, from where they start."""
     model = oracle.model
     model.opt.disableflags &= ~int(mujoco.mjtDisableBit.mjDSBL_EQUALITY)
@@ -57,7 +51,7 @@ def theirs(oracle: Oracle, start: Floats, times: Floats, values: Floats, step: f
     found, count = np.zeros((len(moments), len(places))), 0
     for number, moment in enumerate(moments):
         while count < round(moment / step):
-            data.ctrl[oracle.muscles] = [np.interp(count * step, times, line) for line in values]
+            data.ctrl[oracle.muscles] = [np.interp(count * step, times, line) for line in values.values()]
             mujoco.mj_step(model, data)
             count += 1
         found[number] = data.qpos[places]
@@ -75,23 +69,17 @@ def ours(scene: Scene, seconds: float, names: list[str]) -> tuple[Floats, Floats
 
 
 def prepared(scene: Scene, times: Floats, values: dict[str, Floats], seconds: float, step: float) -> Scene:
-    """The scene with these excitations, without ground and limits; nothing ends it early."""
-    character = scene.character
+    """The scene with these excitations, without ground and limits."""
     joints = {
         name: msgspec.structs.replace(joint, limit_stiffness=0.0, limit_damping=0.0)
-        for name, joint in character.joints.items()
+        for name, joint in scene.character.joints.items()
     }
-    muscles = {
-        name: msgspec.structs.replace(muscle, excitation=Excitation(times.tolist(), values[name].tolist()))
-        if name in values else muscle
-        for name, muscle in character.muscles.items()
-    }  # fmt: skip
-    return msgspec.structs.replace(
-        scene, character=msgspec.structs.replace(character, joints=joints, muscles=muscles),
-        muscle_model=msgspec.structs.replace(scene.muscle_model, initial_activation=START),
+    bare = msgspec.structs.replace(
+        scene,
+        character=msgspec.structs.replace(scene.character, joints=joints),
         ground=msgspec.structs.replace(scene.ground, stiffness=0.0),
-        failure=Failure(com_height=0.0, heading=0.0), duration=seconds, time_step=step,
-    )  # fmt: skip
+    )
+    return excited(bare, times, values, seconds, step)
 
 
 def row(path: Path, seconds: float, step: float, seed: int) -> str:
@@ -106,15 +94,11 @@ def row(path: Path, seconds: float, step: float, seed: int) -> str:
     oracle.keep(set(scene.character.muscles))
     names = [oracle.reference.name("joint", joint) for joint in oracle.free]
     muscles = [oracle.model.actuator(k).name or f"actuator{k}" for k in oracle.muscles]
-    times, values = drawn(len(muscles), seconds, seed)
-    ready = prepared(scene, times, dict(zip(muscles, values, strict=True)), seconds, step)
-    moments, here = ours(ready, seconds, names)
+    times, values = drawn(muscles, seconds, seed)
+    moments, here = ours(prepared(scene, times, values, seconds, step), seconds, names)
     coarse, fine = (theirs(oracle, here[0], times, values, length, moments) for length in (own, SHORT))
-    off = np.abs(here - fine)
-    at, column = divmod(int(off.argmax()), len(names))
-    moved = np.abs(fine - fine[0]).max()
-    cells = [f"{off.max():.2g} of {moved:.2g}, {names[column]} at {moments[at]:.2f} s"]
-    cells += [f"{off[moments <= 0.1 + 1e-9].max():.1g}", f"{np.abs(coarse - fine).max():.1g} ({1000 * own:g} ms)"]
+    cells = differences(np.abs(here - fine), fine, names, moments)
+    cells += [f"{np.abs(coarse - fine).max():.1g} ({1000 * own:g} ms)"]
     return f"| {path.stem} | {len(muscles)} | {len(names)} | {' | '.join(cells)} |"
 
 
@@ -128,12 +112,7 @@ def main(
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
     warnings.simplefilter("ignore")
-    lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
-    for path in models:
-        lines.append(row(path, seconds, step, seed))
-        print(lines[-1], flush=True)
-        if output is not None:
-            output.write_text("\n".join(lines) + "\n")
+    show_table(COLUMNS, (row(path, seconds, step, seed) for path in models), output)
 
 
 if __name__ == "__main__":

@@ -19,7 +19,7 @@ import msgspec
 import numpy as np
 import typer
 import warp as wp
-from numpy.typing import NDArray
+from free_runs import FRAMES, START, Floats, differences, drawn, excited, show_table
 from opensim_oracle import with_process
 from opensim_ours import bare
 from opensim_posed import coordinate_names, excite, members
@@ -28,27 +28,15 @@ import warpmuscle as wm
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
-from warpmuscle.scene import Excitation, Failure, Scene
+from warpmuscle.scene import Scene
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.simulation.rollout import Rollout
 
-Floats = NDArray[np.float64]
 ACCURACIES = (1.0e-4, 1.0e-5)
-START, MOST = 0.05, 0.5  # excitation at first, and the most that is drawn
-KNOTS = 3
-FRAMES = 50
 SHORTEST = 1.0e-9  # s, least step of OpenSim's
 LONGEST = 300.0  # s, of processor time for one run of OpenSim
 TURN = 2.0 * np.pi  # by which angles may differ
 COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "OpenSim's accuracies", "energy")
-
-
-def drawn(muscles: list[str], seconds: float, seed: int) -> tuple[Floats, dict[str, Floats]]:
-    """Times (KNOTS,) and excitations of each muscle at them."""
-    generator = np.random.default_rng(seed)
-    values = generator.uniform(0.0, MOST, (len(muscles), KNOTS))
-    values[:, 0] = START
-    return np.linspace(0.0, seconds, KNOTS), dict(zip(muscles, values, strict=True))
 
 
 def theirs(
@@ -162,21 +150,6 @@ def _follow(model: Any, state: Any, coupler: Any) -> None:
     follower.setSpeedValue(state, scale * speed)
 
 
-def excited(scene: Scene, times: Floats, values: dict[str, Floats], seconds: float, step: float) -> Scene:
-    """The scene with these excitations, which nothing ends early."""
-    muscles = {
-        name: msgspec.structs.replace(muscle, excitation=Excitation(times.tolist(), values[name].tolist()))
-        if name in values else muscle
-        for name, muscle in scene.character.muscles.items()
-    }  # fmt: skip
-    return msgspec.structs.replace(
-        scene,
-        character=msgspec.structs.replace(scene.character, muscles=muscles),
-        muscle_model=msgspec.structs.replace(scene.muscle_model, initial_activation=START),
-        failure=Failure(com_height=0.0, heading=0.0), duration=seconds, time_step=step,
-    )  # fmt: skip
-
-
 def ours(scene: Scene, rate: float) -> tuple[list[str], Floats, Floats, str]:
     """Names of coordinates, times (n,), values (n, K), and how the run ended."""
     rollout = Rollout(scene, 1, "cpu", record=[0], record_rate=rate)
@@ -220,13 +193,11 @@ def row(file: Path, seconds: float, step: float, seed: int, hard_points: bool = 
     here = q[:count, [mine.index(name) for name in shared]]
     off, own = (np.abs(one - there) for one in (here, coarse))
     off = np.minimum(off, np.abs(TURN - off))
-    at, name = divmod(int(off.argmax()), len(shared))
-    early = off[moments[:count] <= 0.1 + 1e-9].max()
     ended = "" if count == len(moments) else f"; OpenSim ends at {moments[count - 1]:.2g} s"
     ended += "" if status == "COMPLETED" else f"; ours {status}"
-    moved = np.abs(there - there[0]).max()
     drift = "-" if scene.character.constraints else f"{energy_drift(file, scene, seconds, step):.0e}"
-    cells = [f"{off.max():.2g} of {moved:.2g}, {shared[name]} at {moments[at]:.2f} s{ended}", f"{early:.1g}"]
+    farthest, early = differences(off, there, shared, moments[:count])
+    cells = [farthest + ended, early]
     cells += [f"{own.max():.1g}", drift]
     return f"| {file.stem} | {len(names)} | {len(shared)} | {' | '.join(cells)} |"
 
@@ -242,15 +213,14 @@ def main(
 ) -> None:
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
-    lines = [f"| {' | '.join(COLUMNS)} |", "|---" * len(COLUMNS) + "|"]
     starts = {name: float(value) for name, _, value in (word.partition("=") for word in start or [])}
-    for file in models:
+
+    def row_of(file: Path) -> str:
         with TemporaryDirectory() as folder:
             own = with_process(started, file, starts, Path(folder)) if starts else file
-            lines.append(row(own, seconds, step, seed, hard_points))
-        print(lines[-1], flush=True)
-        if output is not None:
-            output.write_text("\n".join(lines) + "\n")
+            return row(own, seconds, step, seed, hard_points)
+
+    show_table(COLUMNS, map(row_of, models), output)
 
 
 if __name__ == "__main__":

@@ -8,6 +8,7 @@ import pytest
 pytest.importorskip("mujoco")
 
 import mujoco_free_runs as runs
+from free_runs import drawn
 from mujoco_poses import Oracle
 
 import warpmuscle as wm
@@ -46,8 +47,8 @@ def test_an_arm_moves_as_by_mujocos_steps(tmp_path: Path):
     file = tmp_path / "arm.xml"
     file.write_text(ARM)
     scene, oracle = wm.load(file), Oracle(file)
-    times, values = runs.drawn(2, SECONDS, seed=1)
-    ready = runs.prepared(scene, times, dict(zip(("flexor", "extensor"), values, strict=True)), SECONDS, 1e-4)
+    times, values = drawn(["flexor", "extensor"], SECONDS, seed=1)
+    ready = runs.prepared(scene, times, values, SECONDS, 1e-4)
     moments, found = runs.ours(ready, SECONDS, ["shoulder", "elbow"])
     right = runs.theirs(oracle, found[0], times, values, 5e-5, moments)
     assert np.ptp(right, axis=0).max() > 0.3
