@@ -22,11 +22,8 @@ const int i = k;
 
 
 class Rows(NamedTuple):
-    """Warp functions on matrices of so many rows of three numbers, and on vectors of as many whole or other numbers."""
+    """Warp functions on vectors of so many whole or other numbers."""
 
-    row: Any  # (matrix, k) -> vec3
-    with_row: Any  # (matrix, k, vec3) -> matrix
-    with_sum: Any  # (matrix, k, vec3) -> matrix with the vector added to row k
     number: Any  # (vector of whole numbers, k) -> int
     with_number: Any  # (vector of whole numbers, k, int) -> vector
     length: Any  # (vector, k) -> float
@@ -35,23 +32,11 @@ class Rows(NamedTuple):
 
 @cache
 def rows_of(count: int) -> Rows:
-    """The functions for matrices and vectors of so many rows."""
-    matrix = wp.types.matrix(shape=(count, 3), dtype=float)
+    """The functions for vectors of so many rows."""
     numbers, lengths = (wp.types.vector(length=count, dtype=kind) for kind in (int, float))
 
     def snippet(each: str, result: str) -> str:
         return f"auto found = {result};{TAKE.format(count=count, each=each)}return found;"
-
-    each_axis = "for (int axis = 0; axis < 3; ++axis)"
-
-    @wp.func_native(snippet=snippet(f"{each_axis} found[axis] = m.data[i][axis];", "wp::vec3()"))
-    def row(m: matrix, k: int) -> wp.vec3: ...
-
-    @wp.func_native(snippet=snippet(f"{each_axis} found.data[i][axis] = value[axis];", "m"))
-    def with_row(m: matrix, k: int, value: wp.vec3) -> matrix: ...
-
-    @wp.func_native(snippet=snippet(f"{each_axis} found.data[i][axis] += value[axis];", "m"))
-    def with_sum(m: matrix, k: int, value: wp.vec3) -> matrix: ...
 
     @wp.func_native(snippet=snippet("found = v[i];", "0"))
     def number(v: numbers, k: int) -> int: ...
@@ -65,7 +50,7 @@ def rows_of(count: int) -> Rows:
     @wp.func_native(snippet=snippet("found[i] = value;", "v"))
     def with_length(v: lengths, k: int, value: float) -> lengths: ...
 
-    return Rows(row, with_row, with_sum, number, with_number, length, with_length)
+    return Rows(number, with_number, length, with_length)
 
 
 class RowsOf(NamedTuple):
