@@ -110,8 +110,13 @@ class PatientFile:
     asked: _File
 
     @property
+    def name(self) -> str:
+        """What the file is called, without folder and suffix."""
+        return readable(self.path.stem)
+
+    @property
     def title(self) -> str:
-        return self.asked.title or readable(self.path.stem)
+        return self.asked.title or self.name
 
     @property
     def changes(self) -> dict[str, dict[str, Any]]:

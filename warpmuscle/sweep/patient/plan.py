@@ -17,7 +17,6 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error, SceneError
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.number_rows import first_number
-from warpmuscle.core.plain_text import readable
 from warpmuscle.core.pose import about, twist_angle
 from warpmuscle.formats import load, toml
 from warpmuscle.formats.overrides import Override, overridden
@@ -74,7 +73,7 @@ def walk_plan(asked: PatientFile, patient: Patient, files: Files) -> Plan:
     changes = _sizes(asked, numeric, patient) | {
         "duration": match.duration, "objective.target_speed": patient.gait.speed, "objective.speed": speed,
     }  # fmt: skip
-    lines = [f"scene = {json.dumps(_named(asked))}", f"name = {json.dumps(f'{readable(asked.path.stem)}, walk')}"]
+    lines = [f"scene = {json.dumps(_named(asked))}", f"name = {json.dumps(f'{asked.name}, walk')}"]
     lines += [*_search(match), *_set(changes | match.set), "", "[grid]", "seed = [1]"]
     if match.walk is not None:
         lines[lines.index(f"candidates = {match.candidates}")] = f"candidates = {match.walk}"
@@ -110,7 +109,7 @@ def match_plan(asked: PatientFile, patient: Patient, files: Files, first: Scene 
     }
     own = {f"objective.{name}": 0.0 for name in _weights(numeric)}
     changes = own | changes | _freedom(asked, first or scene, patient)
-    lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{readable(asked.path.stem)}, match')}", KEEP]
+    lines = [f"scene = {json.dumps(named)}", f"name = {json.dumps(f'{asked.name}, match')}", KEEP]
     lines += [*_search(match), *_set(changes | match.set)]
     lines += ["", "[grid]", f"seed = {list(range(1, asked.asked.seeds + 1))}"]
     plan = _read(asked, files.of("match.toml"), lines, "match", changes)
@@ -185,7 +184,7 @@ def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -
     own = _weights(at_start(scene))
     changes = {"objective.speed": asked.asked.match.speed} | {f"objective.{name}": own[name] for name in own}
     changes["objective.tracking"] = adapt.habit / duration
-    lines = [f"name = {json.dumps(f'{readable(asked.path.stem)}, changes')}", KEEP]
+    lines = [f"name = {json.dumps(f'{asked.name}, changes')}", KEEP]
     lines += _search(adapt) + _set(changes | adapt.set)
     for seed, scene in matched.items():
         toml.write(scene, files.of(f"matched_{seed}.toml"))
