@@ -258,7 +258,7 @@ def pull_of(kind: MuscleKind) -> Any:
     if kind.straight:
         return pull_straight
     if kind.pulls_in_scratch:
-        return pull_known if kind.apart else pull_in_scratch
+        return pull_torques_of(kind.apart)
     return pull_by_state
 
 
@@ -275,28 +275,24 @@ def pull_straight(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef,
     state.muscles.force[instance, m] = muscle.fibre.force
 
 
-@func(inline=True)
-def pull_in_scratch(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Moment arms in the working set become torques."""
-    force = muscle.fibre.force
-    span = model.paths.span[m]
-    for k in range(span.first_crossing, span.end_crossing):
-        not_unrolled()
-        crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
-        work.pull[crossing] = work.pull[crossing] * force
-    state.muscles.force[instance, m] = force
+@cache
+def pull_torques_of(known: bool) -> Any:
+    """The same as torques in the working set, of moment arms that are there, or `known` by the state."""
 
+    @wp.func(inline=True)
+    def pull(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
+        force = muscle.fibre.force
+        span = model.paths.span[m]
+        for k in range(span.first_crossing, span.end_crossing):
+            not_unrolled()
+            crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
+            if wp.static(known):
+                work.pull[crossing] = state.muscles.moment_arm[instance, crossing] * force
+            else:
+                work.pull[crossing] = work.pull[crossing] * force
+        state.muscles.force[instance, m] = force
 
-@func(inline=True)
-def pull_known(instance: int, m: int, muscle: MuscleStepRef, model: ModelRef, state: StateRef, work: ScratchRef):
-    """Moment arms that are known by the state become torques in the working set."""
-    force = muscle.fibre.force
-    span = model.paths.span[m]
-    for k in range(span.first_crossing, span.end_crossing):
-        not_unrolled()
-        crossing = nonnegative(model.paths.of_muscle[nonnegative(k)].number)
-        work.pull[crossing] = state.muscles.moment_arm[instance, crossing] * force
-    state.muscles.force[instance, m] = force
+    return pull
 
 
 @cache
