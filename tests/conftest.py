@@ -181,6 +181,13 @@ def no_optimisation_of_what_is_brief(request: pytest.FixtureRequest) -> None:
         request.getfixturevalue("unoptimized_kernels")
 
 
+@pytest.fixture(scope="session", autouse=True)
+def shared_headers(tmp_path_factory: pytest.TempPathFactory) -> None:
+    """Have parallel workers compile Warp's headers once."""
+    if "PYTEST_XDIST_WORKER" in os.environ:
+        kernel_tests.share_headers(tmp_path_factory.getbasetemp().parent / "headers")
+
+
 @pytest.fixture(scope="session")
 def reference_data() -> Path:
     """Folder of the original program's inputs and recordings and of measured data; not part of the project."""

@@ -3,8 +3,10 @@
 Workers share Warp's folder of compiled kernels. The first that needs a module compiles it, and others wait for it.
 """
 
-from collections.abc import Iterator
+import hashlib
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
+from functools import wraps
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -28,8 +30,11 @@ BETWEEN = frozenset(
         *("program.frames", "program.gather", "stages", "contact.terrain_starts"),
     )
 )
+# What Clang's driver does without by itself: checks of what each stage makes, and names of values within it.
+UNCHECKED = "-disable-llvm-verifier", "-discard-value-names"
 _loads = [0]  # how often a launch has asked for a module
 _without: list[set[Any]] = []  # modules that are compiled without optimisation, of who wants that
+_headers: list[Path] = []  # where workers share the headers of Warp that one of them has compiled, if they do
 
 
 def start() -> None:
@@ -66,12 +71,54 @@ def start() -> None:
             return compile_(module, device, output_dir, *arguments, **options)
 
     wp.Module.load = counted
+    compile_with_less_work()
     leave_out_unused_adjoints()
     remember_overloads()
     walk_structures_once()
     translate_functions_once()
     if compile_ is not None:  # it is Warp's own affair; without it, workers compile what they have in common each
         wp.Module._compile = once
+
+
+def share_headers(folder: Path) -> None:
+    """Let this process take, and leave, Warp's compiled headers in a folder that other workers have, too."""
+    if fcntl is not None:  # else two could write one at a time
+        _headers[:] = [folder]
+
+
+def compile_with_less_work() -> None:
+    """Have each module compiled without checks of the compiler's own work, and Warp's headers once for all workers.
+
+    The machine code is the same. Headers take a second for each level of optimisation and choice of flags.
+    """
+    from warp._src import build
+
+    compile_ = getattr(build, "build_cpu", None)
+    if compile_ is not None:  # else it is another Warp
+        build.build_cpu = with_less_work(compile_)
+
+
+def with_less_work(compile_: Callable[..., None]) -> Callable[..., None]:
+    """Warp's function that compiles a file for a processor, with `UNCHECKED` and shared headers."""
+
+    @wraps(compile_)
+    def compiled(obj_path: str, cpp_path: str, *arguments: Any, **options: Any) -> None:
+        flags = options.get("extra_flags", "").split()
+        options["extra_flags"] = " ".join((*flags, *(flag for flag in UNCHECKED if flag not in flags)))
+        if not _headers or not options.get("pch_dir"):
+            return compile_(obj_path, cpp_path, *arguments, **options)
+        options["pch_dir"] = str(_headers[0])
+        kind = hashlib.sha256(repr((arguments, sorted(options.items()))).encode()).hexdigest()[:16]
+        made = _headers[0] / f"{kind}.made"
+        if not made.exists():
+            with alone(made.with_suffix(".making")):
+                if not made.exists():  # the first module brings the headers with it
+                    compile_(obj_path, cpp_path, *arguments, **options)
+                    made.touch()
+                    return None
+        return compile_(obj_path, cpp_path, *arguments, **options)
+
+    return compiled
 
 
 def leave_out_unused_adjoints() -> None:
