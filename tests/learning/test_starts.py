@@ -41,6 +41,7 @@ def test_episodes_start_in_states_of_the_gait_that_the_scene_makes():
     assert (got.muscles.sensed.numpy()[:, :, 0] > 0.0).all()
 
 
+@pytest.mark.usefixtures("unoptimized_test")
 def test_a_start_of_the_gait_has_come_from_where_it_would_have_walked_to_get_there():
     scene = msgspec.structs.replace(load("reflex_planar"), duration=0.6)
     scene.failure = msgspec.structs.replace(scene.failure, no_progress=0.3, no_progress_window=0.2)

@@ -20,7 +20,7 @@ def body(tmp_path_factory) -> BodyModel:
 
 
 @pytest.fixture(scope="module")
-def squat(body) -> Tracked:
+def squat(body, unoptimized_kernels) -> Tracked:
     recorded = small_squat.motion()
     found = track(body, recorded, ground_forces(body, recorded), begin=0.05, end=0.26, ground=True, reserve=1.0)
     assert isinstance(found, Tracked)
