@@ -120,3 +120,7 @@ def test_what_comes_back_is_told_of_each_weak_body_and_can_fail():
     assert "| calf | gait profile score, left less right | 0 | 2 | 1.5 | 25 | not recovered |" in lines
     assert "| calf | step length, left less right | 0 | 0.04 | 0 | 100 | recovered |" in lines
     assert "| glut_med | speed | 1.25 | falls | falls |  | not measured |" in lines
+    walks |= {"glut_med, not adapted": {"upright": 3.0}, "glut_med": walk(adapted)}
+    assert "| glut_med | speed | 1.25 | falls | 1.2 |  | walks again |" in recoveries(walks).splitlines()
+    walks["glut_med"] = {"upright": 4.0}
+    assert "| glut_med | speed | 1.25 | falls | falls |  | not measured |" in recoveries(walks).splitlines()

@@ -174,7 +174,8 @@ def recoveries(walks: Mapping[str, Walk]) -> str:
             name = f"{one.measure}, left less right" if one.sides else one.measure
             if any(value is None for value in values):
                 shown = ["falls" if value is None else f"{value:.3g}" for value in values]
-                lines.append([case, name, *shown, "", "not measured"])
+                again = values[1] is None and None not in (values[0], values[2])
+                lines.append([case, name, *shown, "", "walks again" if again else "not measured"])
                 continue
             healthy, before, after = (float(value) for value in values if value is not None)
             shown = [f"{value:.3g}" for value in (healthy, before, after)]
