@@ -19,7 +19,6 @@ from warpmuscle.scene.learning import ImitatedRun
         (Imitation(pelvis_tilt=60.0), "learning.imitation.pelvis_tilt", "must be within 45 degrees, is 60"),
         (Imitation(cycle_time=0.0), "learning.imitation.cycle_time", "greater than 0"),
         (Imitation(moving=True), "learning.imitation.moving", "name one in `norm`"),
-        (Imitation(norm="Fukuchi 2017", moving=True), "learning.imitation.moving", "a run change with the speed"),
         (Imitation(norm_alone=True), "learning.imitation.norm_alone", "a norm alone is a gait: name one"),
         (
             Imitation(norm="Fukuchi 2017", norm_alone=True),

@@ -1,6 +1,7 @@
 """The table of how a policy adapts to weakness: what the weak bodies are, and how walks stand beside studies."""
 
 import sys
+from argparse import Namespace
 from pathlib import Path
 
 import pytest
@@ -21,6 +22,7 @@ from adaptation_table import (  # noqa: E402
     Expected,
     Wanted,
     agreeing,
+    learned,
     recovered,
     recoveries,
     settings,
@@ -41,6 +43,21 @@ def test_muscles_of_one_side_have_half_their_strength(case: str):
     for name, muscle in found.items():
         assert muscle.f_max == pytest.approx(plain[name].f_max * (0.5 if name in CASES[case] else 1.0)), name
     assert settings(case)[0] == "learning.symmetric = false"
+
+
+def test_learning_goes_on_with_what_is_given_where_there_is_no_file_yet(tmp_path: Path, monkeypatch):
+    given = Namespace(folder=tmp_path, until="120s", seed=1, set=["learning.rewards.speed=50"], device=None)
+    given.option = ["discount=0.995", "clip=0.2"]
+    asked: list[list[str]] = []
+    monkeypatch.setattr("subprocess.run", lambda command, check: asked.append(command))
+    assert learned(Path("p.h5"), "p.toml", "calf", given) == tmp_path / "calf.h5"
+    (words,) = asked
+    assert [words[k + 1] for k, word in enumerate(words) if word == "--set"] == [*settings("calf"), *given.set]
+    assert [words[k + 1] for k, word in enumerate(words) if word == "--option"] == given.option
+    assert words[words.index("--from") + 1] == "p.h5"
+    (tmp_path / "calf.h5").touch()
+    learned(Path("p.h5"), "p.toml", "calf", given)
+    assert len(asked) == 1
 
 
 def test_both_sides_stand_in_one_cell_and_a_fall_is_told():
@@ -103,3 +120,7 @@ def test_what_comes_back_is_told_of_each_weak_body_and_can_fail():
     assert "| calf | gait profile score, left less right | 0 | 2 | 1.5 | 25 | not recovered |" in lines
     assert "| calf | step length, left less right | 0 | 0.04 | 0 | 100 | recovered |" in lines
     assert "| glut_med | speed | 1.25 | falls | falls |  | not measured |" in lines
+    walks |= {"glut_med, not adapted": {"upright": 3.0}, "glut_med": walk(adapted)}
+    assert "| glut_med | speed | 1.25 | falls | 1.2 |  | walks again |" in recoveries(walks).splitlines()
+    walks["glut_med"] = {"upright": 4.0}
+    assert "| glut_med | speed | 1.25 | falls | falls |  | not measured |" in recoveries(walks).splitlines()

@@ -90,6 +90,8 @@ def learned(policy: Path, scene: str, case: str, given: argparse.Namespace) -> P
     command = ["learn", scene, "--from", policy, "--until", given.until, "--seed", str(given.seed), "-o", file]
     for setting in (*settings(case), *given.set):
         command += ["--set", setting]
+    for option in given.option:
+        command += ["--option", option]
     if given.device:
         command += ["--device", given.device]
     subprocess.run([sys.executable, "-m", "warpmuscle", *map(str, command)], check=True)
@@ -172,7 +174,8 @@ def recoveries(walks: Mapping[str, Walk]) -> str:
             name = f"{one.measure}, left less right" if one.sides else one.measure
             if any(value is None for value in values):
                 shown = ["falls" if value is None else f"{value:.3g}" for value in values]
-                lines.append([case, name, *shown, "", "not measured"])
+                again = values[1] is None and None not in (values[0], values[2])
+                lines.append([case, name, *shown, "", "walks again" if again else "not measured"])
                 continue
             healthy, before, after = (float(value) for value in values if value is not None)
             shown = [f"{value:.3g}" for value in (healthy, before, after)]
@@ -214,6 +217,7 @@ def main() -> None:
     parser.add_argument("--until", default="120s", help="of each learning")
     parser.add_argument("--seed", type=int, default=1)
     parser.add_argument("--set", action="append", default=[], help="as of warpmuscle learn, in all scenes")
+    parser.add_argument("--option", action="append", default=[], help="as of warpmuscle learn, in all trainings")
     parser.add_argument("--device", default=None)
     parser.add_argument("--duration", type=float, default=LASTING, help="s, of the walks that are compared")
     given = parser.parse_args()

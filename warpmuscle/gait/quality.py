@@ -39,6 +39,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.anatomy import straight_legs
 from warpmuscle.scene.masses import total_mass
 from warpmuscle.scene.norms import FORCE, LEG_ANGLES, NORMS
+from warpmuscle.scene.people.fukuchi import gained_by_speed
 
 Measures = dict[str, float | None]
 TIMING = "timing of the muscles"  # %
@@ -150,15 +151,15 @@ def _likeness(angle_curves: Mapping[str, list[Floats]], scene: Scene, speed: flo
     for name in LEG_ANGLES:
         curves = angle_curves[name]
         bands = [norm.angles[name] for norm in norms]
-        means, sds = means_at(bands, 0.0 if running else trend(name, relative))
+        moved = gained_by_speed(name, PERCENT, speed) if running else trend(name, relative)
+        means, sds = means_at(bands, moved)
         published, _ = means_at(bands)
         outside[f"{_short(name)} outside the norms"] = _mean([outside_span(c, means, sds) for c in curves])
         as_published.append(_mean([outside_span(c, published, sds) for c in curves]))
         for norm, mean, sd in zip(norms, means, sds, strict=True):
             each[norm.source].append(_mean([from_norm(c, mean, sd) for c in curves]))
     found: Measures = {"angles outside the norms": _mean(list(outside.values())), **outside}
-    if not running:
-        found["angles outside the norms as published"] = _mean(as_published)
+    found["angles outside the norms as published"] = _mean(as_published)
     return found | {f"angles from {source}": _mean(values) for source, values in each.items()}
 
 

@@ -28,7 +28,8 @@ from warpmuscle.scene.anatomy import joint_place, leg_joints
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.joints.symmetry import VECTOR
 from warpmuscle.scene.learning import ImitatedRun, Imitation
-from warpmuscle.scene.norms import FLEXION, IMITATED, LEG_ANGLES
+from warpmuscle.scene.norms import FLEXION, IMITATED, LEG_ANGLES, is_run
+from warpmuscle.scene.people.fukuchi import gained_by_speed
 from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.checks import near
 from warpmuscle.simulation.rollout import Rollout
@@ -205,7 +206,9 @@ def with_norm(gait: Gait, source: str, rollout: Rollout, speed: float | None = N
         percent = 100.0 * ((PERCENT[:BINS] / 100.0 - lag) % 1.0)
         for title, sign, name in zip(LEG_ANGLES, FLEXION, leg_joints(scene, side), strict=True):
             wanted = angles[title].mean(percent)
-            if relative is not None:
+            if speed is not None and is_run(source):
+                wanted = wanted + gained_by_speed(title, percent, speed)
+            elif relative is not None:
                 wanted = wanted + np.interp(percent, PERCENT, trend(title, relative))
             _bend(scene.character.joints[name], names.body_of_joint(name), sign * np.radians(wanted), coordinate, names)
     return replace(gait, coordinate=coordinate)

@@ -84,9 +84,8 @@ def running_at(gait: Gait, task: Task, speed: float) -> Gait | None:
 def gait_at(gait: Gait, task: Task, rollout: Rollout, speed: float) -> Gait:
     """The gait whose angles are imitated at a wanted speed, m/s."""
     imitation, run = task.imitation or Imitation(), running_at(gait, task, speed)
-    if run is not None:
-        return run
-    return with_norm(gait, imitation.norm, rollout, speed) if imitation.moving else gait
+    one, norm = (gait, imitation.norm) if run is None or imitation.run is None else (run, imitation.run.norm)
+    return with_norm(one, norm, rollout, speed) if imitation.moving else one
 
 
 def wanted_forces(gait: Gait, task: Task, speed: float) -> Floats:

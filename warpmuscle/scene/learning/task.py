@@ -107,7 +107,8 @@ class Imitation(Part):
     cycle_time: Annotated[float | None, "s", ABOVE_0] = None  # by default that of the gait
     clock_speed: Annotated[float, "m/s", ABOVE_0] = 1.25  # at which a cycle takes that time
     cadence_power: Annotated[float, "1", FROM_0] = 0.0
-    moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`
+    moving: bool = False  # the norm's angles change with the wanted speed, see `gait.likeness`, and of a run
+    # `scene.people.fukuchi`
     run: ImitatedRun | None = (
         None  # at fast wanted speeds, with a clock of its own; by default it is the same gait at all
     )

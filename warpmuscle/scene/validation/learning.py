@@ -125,9 +125,6 @@ def _norm(key: str, imitation: Imitation) -> None:
         known(imitation.norm, [norm.source for norm in IMITATED], "norm", f"{key}.norm")
     elif imitation.moving:
         raise SceneError("only the angles of a norm change with the speed; name one in `norm`", key=f"{key}.moving")
-    if imitation.moving and is_run(imitation.norm):
-        known_of = "how the angles of a run change with the speed is not known here; leave it out"
-        raise SceneError(known_of, key=f"{key}.moving")
     if imitation.norm_alone and (imitation.file or not imitation.norm):
         raise SceneError("a norm alone is a gait: name one in `norm`, and no `file`", key=f"{key}.norm_alone")
 
