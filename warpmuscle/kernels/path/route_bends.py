@@ -16,6 +16,7 @@ from warpmuscle.kernels.structs import RouteWrap
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
 WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
+LEVER_BITS = 31  # of a stop, in `RoutePoint.levers`
 NOWHERE = -1
 FAR = 1.0e30  # m, longer than any way
 ROUNDING = 1.0e-6  # m, by which detours may be wrong
