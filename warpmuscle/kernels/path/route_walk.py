@@ -77,6 +77,17 @@ def levers_beyond(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int
     return model.routes.wrap[nonnegative(span.first_wrap + wrap)].levers
 
 
+@func(inline=True)
+def no_levers(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
+    """The same of a walk that adds no moment arms."""
+    return 0
+
+
+def levers_of_stops(acting: bool) -> Any:
+    """The one of both for a walk that adds moment arms, or adds none."""
+    return levers_beyond if acting else no_levers
+
+
 @cache
 def act_on_lever_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
     """The Warp function that adds what a segment does to lever k of its route, where it begins or ends beyond that.
@@ -319,7 +330,7 @@ def walk_of(
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
     rows, share_of = bend_rows_of(kind), in_branches if kind.branches else as_it_is
     first_at, second_at, arc_of = rows.first.get, rows.second.get, rows.arc.get
-    reaches, leaves = measured_ends_of(kind)
+    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(acting)
 
     @wp.func(inline=True)
     def walk(
@@ -337,7 +348,6 @@ def walk_of(
         next_point = wp.int32(0)
         onto = int(NOWHERE)
         behind = wp.int32(0)
-        beyond = wp.int32(0)
         while next_point < span.end_point - span.first_point or onto >= 0:
             b = wp.vec3(0.0)
             stop = int(next_point)
@@ -356,8 +366,7 @@ def walk_of(
                 fixed = model.routes.point[span.first_point + stop].fixed
             if wp.static(bodies):
                 body = body_of(span, stop, onto, model)
-            if wp.static(acting):
-                beyond = levers_beyond(span, stop, onto, model)
+            beyond = levers_of(span, stop, onto, model)
             between = body != body_before
             share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
@@ -366,9 +375,7 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(
-                        span, a, left, reached, direction, before, stop, behind, beyond, between, model, work, pulls
-                    )  # fmt: skip
+                    act(span, a, left, reached, direction, before, stop, behind, beyond, between, model, work, pulls)
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
                         add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
