@@ -84,38 +84,20 @@ def joint_projector(instance: int, body: int, weight: wp.vec3, model: ModelRef, 
     return hinge_projector(a, weight[0])
 
 
-AT_ONCE = 8  # moment arms and forces that a lane fetches before it adds them up
-
-
 @wp.func_native(
-    snippet=f"""
+    snippet="""
 auto total = wp::vec3();
 #if defined(__CUDA_ARCH__)
-for (int start = first; start < end; start += {AT_ONCE}) {{
-    float pull[{AT_ONCE}];
-    wp::vec3 r[{AT_ONCE}];
-    #pragma unroll
-    for (int k = 0; k < {AT_ONCE}; ++k) {{
-        const int crossing = min(start + k, end - 1);
-        const float own = *wp::address(force, *wp::address(muscle, crossing));
-        pull[k] = start + k < end ? own : 0.0f;
-        r[k] = *wp::address(arm, crossing);
-    }}
-    asm volatile("" ::: "memory");
-    #pragma unroll
-    for (int k = 0; k < {AT_ONCE}; ++k)
-        total += r[k] * pull[k];
-}}
-#else
+#pragma unroll 8
+#endif
 for (int crossing = first; crossing < end; ++crossing)
     total += *wp::address(arm, crossing) * *wp::address(force, *wp::address(muscle, crossing));
-#endif
 return total;
 """
 )
 def torque_of_forces(
     first: int, end: int, arm: wp.array[wp.vec3], force: wp.array[float], muscle: wp.array[int]
-) -> wp.vec3: ...  # the sum of F r of some crossings, in order
+) -> wp.vec3: ...  # the sum of F r of some crossings in order, of which a GPU fetches several at once
 
 
 @func

@@ -20,6 +20,7 @@ LEVER_BITS = 31  # of a stop, in `RoutePoint.levers`
 NOWHERE = -1
 FAR = 1.0e30  # m, longer than any way
 ROUNDING = 1.0e-6  # m, by which detours may be wrong
+MANY_LEVERS = 8  # from which on they are taken by their bits
 MANY_WRAPS = 3  # from which on the rounds of a route take long
 
 
@@ -56,6 +57,11 @@ class RouteKind(NamedTuple):
         That has room in a GPU's first cache only where a kernel of their own finds them, see `MuscleKind.may_be_apart`.
         """
         return self.wraps >= MANY_WRAPS and not self.mujoco
+
+    @property
+    def many_levers(self) -> bool:
+        """Whether a walk takes the levers of a route by their bits, and does not look at all of them at each segment."""
+        return self.levers >= MANY_LEVERS
 
     @property
     def keeps(self) -> bool:

@@ -79,13 +79,13 @@ def levers_beyond(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int
 
 @func(inline=True)
 def no_levers(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
-    """The same of a walk that adds no moment arms."""
+    """The same of a walk that does not ask."""
     return 0
 
 
-def levers_of_stops(acting: bool) -> Any:
-    """The one of both for a walk that adds moment arms, or adds none."""
-    return levers_beyond if acting else no_levers
+def levers_of_stops(by_bits: bool) -> Any:
+    """The one of both for a walk that adds moment arms by their bits, or does not."""
+    return levers_beyond if by_bits else no_levers
 
 
 @cache
@@ -133,27 +133,29 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
 
     It pulls at `left` and `reached`; a lever that carries both feels their couple if the segment runs `across` from one
     body to another. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`. Most segments are
-    beyond few of the levers, or none: so these are taken by their bits, `behind` of the stop before and `beyond` of the
-    next one, see `levers_beyond`. What is compiled in is that of `walk_of`.
+    beyond few of many levers, or none: so these are taken by their bits, `behind` of the stop before and `beyond` of
+    the next one, see `levers_beyond`. What is compiled in is that of `walk_of`.
     """
     act_on_lever, pulls_struct = act_on_lever_of(kind, coordinate_joints, wrench), pulls_of(room_of(kind, wrench))
-    couples, more = kind.slips, kind.levers > LEVER_BITS
+    couples, many, more = kind.slips, kind.many_levers, not kind.many_levers or kind.levers > LEVER_BITS
+    rest = LEVER_BITS if many else 0
 
     @wp.func(inline=True)
     def act(
         span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int, stop: int,
         behind: int, beyond: int, across: bool, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
-        taken = int(beyond ^ behind)
-        if wp.static(couples) and across:
-            taken = taken | beyond
-        while taken != 0:
-            k = lowest_bit(taken)
-            taken = taken & (taken - 1)
-            sign = ((beyond >> k) & 1) - ((behind >> k) & 1)
-            act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
+        if wp.static(many):
+            taken = int(beyond ^ behind)
+            if wp.static(couples) and across:
+                taken = taken | beyond
+            while taken != 0:
+                k = lowest_bit(taken)
+                taken = taken & (taken - 1)
+                sign = ((beyond >> k) & 1) - ((behind >> k) & 1)
+                act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
         if wp.static(more):
-            for k in range(LEVER_BITS, span.end_lever - span.first_lever):
+            for k in range(rest, span.end_lever - span.first_lever):
                 bits = model.routes.lever[nonnegative(span.first_lever + k)].beyond
                 sign = ((bits >> stop) & 1) - ((bits >> before) & 1)
                 couple = False
@@ -330,7 +332,7 @@ def walk_of(
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
     rows, share_of = bend_rows_of(kind), in_branches if kind.branches else as_it_is
     first_at, second_at, arc_of = rows.first.get, rows.second.get, rows.arc.get
-    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(acting)
+    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(acting and kind.many_levers)
 
     @wp.func(inline=True)
     def walk(
