@@ -60,7 +60,7 @@ class RouteKind(NamedTuple):
 
     @property
     def many_levers(self) -> bool:
-        """Whether a walk takes the levers of a route by their bits, and does not look at all of them at each segment."""
+        """Whether a walk takes levers by their bits, and does not look at all of a route at each segment."""
         return self.levers >= MANY_LEVERS
 
     @property
