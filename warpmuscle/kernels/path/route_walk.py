@@ -83,9 +83,9 @@ def no_levers(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
     return 0
 
 
-def levers_of_stops(by_bits: bool) -> Any:
-    """The one of both for a walk that adds moment arms by their bits, or does not."""
-    return levers_beyond if by_bits else no_levers
+def levers_of_stops(kind: RouteKind, acting: bool) -> Any:
+    """The one of both for a walk that adds moment arms by bits of levers, or does not."""
+    return levers_beyond if acting and kind.many_levers else no_levers
 
 
 @cache
@@ -332,7 +332,7 @@ def walk_of(
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
     rows, share_of = bend_rows_of(kind), in_branches if kind.branches else as_it_is
     first_at, second_at, arc_of = rows.first.get, rows.second.get, rows.arc.get
-    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(acting and kind.many_levers)
+    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(kind, acting)
 
     @wp.func(inline=True)
     def walk(
