@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import warp as wp
 
+from warpmuscle.kernels.memory.scratch import NEAR
 from warpmuscle.kernels.step import STAGES, step_kernel
 from warpmuscle.kernels.structs import Record
 from warpmuscle.simulation.rollout import Rollout
@@ -59,7 +60,7 @@ class StageTimes:
         fused = rollout._launcher.kernel()
         self.fused, self.config, self.plain = fused, fused.config, fused.kernel
         floats = self.config.work_floats // 2 * 2
-        on_gpu = self.config.buffer_floats(rollout.instances) if self.config.kind.skeleton.apart else 0
+        on_gpu = self.config.buffer_floats(rollout.instances) if self.config.kind.skeleton.main > NEAR else 0
         on_gpu += on_gpu % 2
         self.kernel = step_kernel(*self.config, mark=lap_of(self.config.instances_a_block, floats, on_gpu))
         self.floats = floats if rollout.device.is_cpu else on_gpu

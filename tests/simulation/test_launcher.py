@@ -9,7 +9,17 @@ import warp as wp
 from small_scene import sound_scene
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.formats import load
-from warpmuscle.kernels.memory.scratch import CONTROL, SECOND, SLOT_FLOATS, work_floats
+from warpmuscle.kernels.memory.scratch import (
+    ALL,
+    CONTROL,
+    ENTRIES,
+    LEAN,
+    LEANER,
+    NEAR,
+    SECOND,
+    SLOT_FLOATS,
+    work_floats,
+)
 from warpmuscle.kernels.path.route_bends import RouteKind
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
@@ -181,43 +191,53 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
         kernel_config(scene, structure, 1, gpu, 12, NOTHING)
 
 
-@pytest.mark.parametrize(("entries", "apart"), [(100, True), (4, False)])
-def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instances_fit_so(entries: int, apart: bool):
+@pytest.mark.parametrize(("entries", "main"), [(100, ENTRIES), (4, NEAR)])
+def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instances_fit_so(entries: int, main: int):
     scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
     structure = structure_of(scene)
     usual = kernel_config(scene, structure, 5120, gpu, None, NOTHING)
     skeleton = usual.kind.skeleton._replace(followed=4, entries=entries)
     config = large_blocks(usual.compiling(skeleton=skeleton), structure, None, 4, 65536, 132)
-    assert config.kind.skeleton.apart is apart
+    assert config.kind.skeleton.main == main
     near = config.compiling(skeleton=skeleton)
-    assert config.buffer_floats(100) == (13 * entries * 128 if apart else config.work_floats)  # 32 lie side by side
-    assert (near.large_blocks * near.instances_a_block < config.large_blocks * config.instances_a_block) is apart
-    assert not usual.kind.skeleton.apart
+    own = config.apart.floats * 128 if main > NEAR else config.work_floats  # 32 lie side by side
+    assert config.buffer_floats(100) == own
+    assert (near.large_blocks * near.instances_a_block < config.large_blocks * config.instances_a_block) is (
+        main > NEAR
+    )
+    assert usual.kind.skeleton.main == NEAR
 
 
 @pytest.mark.parametrize(
-    ("bodies", "entries", "lean", "together", "lanes"),
-    [(16, 48, False, 32, 12), (20, 60, True, 32, 12), (41, 60, True, 16, 24), (123, 186, True, 8, 48)],
+    ("bodies", "entries", "main", "together", "lanes"),
+    [(16, 48, ENTRIES, 32, 12), (20, 60, LEAN, 32, 12), (41, 60, LEANER, 32, 12), (123, 186, ALL, 32, 12)],
 )
 def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
-    bodies: int, entries: int, lean: bool, together: int, lanes: int
+    bodies: int, entries: int, main: int, together: int, lanes: int
 ):
-    """Where more instances fit so (the largest here), or as many beside a first cache with room."""
+    """Where more instances fit so (the larger ones here), or as many beside a first cache with room."""
     scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
     usual = kernel_config(scene, structure_of(scene), 5120, gpu, None, NOTHING)
     actuation = SimpleNamespace(table=SimpleNamespace(crossings=range(10 * bodies)), muscles=range(bodies))
     structure = SimpleNamespace(names=SimpleNamespace(bodies=range(bodies)), actuation=actuation)
     skeleton = usual.kind.skeleton._replace(followed=5, entries=entries)
     wraps = usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=1)))
-    config = large_blocks(usual.compiling(skeleton=skeleton, muscles=wraps), structure, None, 0, 65536, 132)
-    assert (config.kind.skeleton.apart, config.kind.skeleton.lean) == (True, lean)
+    kind = usual.compiling(skeleton=skeleton, muscles=wraps)
+    config = large_blocks(kind, structure, None, 0, 65536, 132)
+    assert config.kind.skeleton.main == main
     assert (config.instances_a_block, config.lanes, config.block_dim) == (together, lanes, 384)
-    near = config.compiling(skeleton=skeleton._replace(apart=True, lean=False))
+    near = config.compiling(skeleton=skeleton._replace(main=main - 1))
     assert config.large_blocks == 1
-    assert (near.large_blocks < 1 or near.block_bytes > 196 * 1024) is lean
+    assert near.large_blocks < 1 or near.block_bytes > 196 * 1024
+    few = large_blocks(kind, structure, None, 0, 132, 132)
+    assert few.kind.skeleton.main <= LEAN  # which is quicker where all of them run at once
+    assert few.resident(132) >= 132
     polynomials = wraps._replace(paths=PathKind(RouteKind(wraps=1), monomials=10))
     other = large_blocks(usual.compiling(skeleton=skeleton, muscles=polynomials), structure, None, 0, 65536, 132)
-    assert not other.kind.skeleton.lean  # monomials have no place there
+    assert other.kind.skeleton.main <= ENTRIES  # monomials have no place there
+    shared = wraps._replace(shared=3)
+    other = large_blocks(usual.compiling(skeleton=skeleton, muscles=shared), structure, None, 0, 65536, 132)
+    assert other.kind.skeleton.main <= LEAN  # nor have shares
 
 
 def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
@@ -225,10 +245,10 @@ def test_main_memory_for_many_instances_is_an_array_of_two_dimensions():
     scene = load("gait2392_walk")
     structure = structure_of(scene)
     config = kernel_config(scene, structure, 1, wp.get_device("cpu"), None, NOTHING)
-    for apart in (True, False):
-        made = config.compiling(skeleton=config.kind.skeleton._replace(apart=apart, entries=6))
+    for main in (ENTRIES, NEAR):
+        made = config.compiling(skeleton=config.kind.skeleton._replace(main=main, entries=6))
         kernel = FusedKernel(made, wp.get_device("cpu"), 1, 7)
-        assert kernel._buffers[0].shape == ((13 * 6, 32) if apart else (made.work_floats, 1))
+        assert kernel._buffers[0].shape == ((13 * 6, 32) if main == ENTRIES else (made.work_floats, 1))
 
 
 @pytest.mark.parametrize(("threads", "floats"), [(128, 8 * 1100), (64, 8 * 2300), (256, 16 * 1000)])

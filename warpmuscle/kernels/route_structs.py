@@ -25,6 +25,7 @@ class RoutePoint:
     body: int
     condition: int  # -1: it always counts
     fixed: int  # 1: the segment from the point before is part of the fixed length
+    levers: int  # a bit a lever, of the first LEVER_BITS of the route, that it is beyond
     first_motion: int
     end_motion: int
 
@@ -51,6 +52,7 @@ class RouteWrap:
     last: int
     surface: int  # number of the surface
     method: int  # HYBRID, MIDPOINT or AXIAL
+    levers: int  # the same of the surface
 
 
 @wp.struct

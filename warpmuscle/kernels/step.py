@@ -9,8 +9,9 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
-from warpmuscle.kernels.memory.main_memory import main_memory_of
+from warpmuscle.kernels.memory.main_memory import Apart, main_memory_of
 from warpmuscle.kernels.memory.scratch import (
+    NEAR,
     monomials_at,
     monomials_before_contacts,
     slots_of,
@@ -169,13 +170,14 @@ def step_kernel(
     touching = any(force.touch for force in kind.forces)
     floats = work_floats(
         capacity, skeleton.with_coordinates, monomials, slots, skeleton.open, skeleton.constraints,
-        skeleton.near_entries, skeleton.lean,
+        skeleton.near_entries, skeleton.main,
     )  # fmt: skip
     own_slots, slots = slots is not None, slots_of(capacity) if slots is None else slots
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     monomials_apart, monomials_behind = monomial_views(monomials, own_slots)
     before, behind = monomials_apart is not None, monomials_behind is not None
-    keep_apart = main_memory_of(skeleton.entries, capacity, skeleton.lean, 0 if several else floats)
+    apart = Apart(skeleton.main, skeleton.entries, capacity, slots, skeleton.open, skeleton.constraints)
+    keep_apart = main_memory_of(apart, 0 if several else floats)
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 
@@ -215,7 +217,7 @@ def step_kernel(
             work.monomial = monomials_behind(room, monomials)
         if wp.static(touching) and lane == 0:
             work.near[0] = 1  # as long as it is not known
-        if wp.static(skeleton.apart):
+        if wp.static(skeleton.main > NEAR):
             keep_apart(work, buffer, instance)
         status = int(RUNNING)
         mark(instance, lane, BEGIN, buffer)

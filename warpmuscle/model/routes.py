@@ -12,7 +12,7 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import from_rotation_vector, normalized, rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.path.route_bends import CYLINDER, ELLIPSOID, SPHERE, TORUS, WRAP_BIT, RouteKind
+from warpmuscle.kernels.path.route_bends import CYLINDER, ELLIPSOID, LEVER_BITS, SPHERE, TORUS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
 from warpmuscle.kernels.path.wrap_mujoco import SIDED
@@ -136,11 +136,20 @@ def routes_struct(
         structs.Lever, device,
         crossing=[lever[0] for lever in flat], joint=[lever[1] for lever in flat], beyond=[lever[2] for lever in flat],
     )  # fmt: skip
-    _put_points(r, paths, crossing, first_condition, names, character, device)
+    on_points = [bits_of_levers(own, k) for own, path in zip(levers, points, strict=True) for k in range(len(path))]
+    _put_points(r, paths, on_points, crossing, first_condition, names, character, device)
     counts = [len(path) for path, around in zip(points, wraps, strict=True) for _ in around]
-    _put_wraps(r, [wrap for around in wraps for wrap in around], counts, names, character, device)
+    on_wraps = [
+        bits_of_levers(own, WRAP_BIT + k) for own, around in zip(levers, wraps, strict=True) for k in range(len(around))
+    ]
+    _put_wraps(r, [wrap for around in wraps for wrap in around], counts, on_wraps, names, character, device)
     put_polynomials(r, list(muscles.values()), crossing, names, device)
     return r
+
+
+def bits_of_levers(levers: Sequence[tuple[int, int, int]], stop: int) -> int:
+    """Which of a route's levers a stop is beyond, a bit each, see `structs.RoutePoint`."""
+    return sum(1 << k for k, lever in enumerate(levers[:LEVER_BITS]) if lever[2] >> stop & 1)
 
 
 def _order(muscles: Sequence[Any]) -> list[int]:
@@ -176,14 +185,16 @@ def from_joint(place: Floats, body: str, names: Topology, character: Character) 
 def _put_points(
     r: structs.Routes,
     paths: Sequence[Muscle | None],
+    levers: Sequence[int],
     crossing: Mapping[tuple[int, int], int],
     first_condition: Sequence[int],
     names: Topology,
     character: Character,
     device: Any,
 ) -> None:
-    """Points of all routes, and how they move."""
+    """Points of all routes, and how they move; `levers` has the bits of each."""
     table: dict[str, list[int]] = {name: [] for name in structs.RoutePoint.vars}
+    table["levers"] += levers
     moving: dict[str, list[int]] = {name: [] for name in structs.RouteMotion.vars}
     places: list[Floats] = []
     axes: list[Floats] = []
@@ -226,9 +237,19 @@ def _put_points(
 
 
 def _put_wraps(
-    r: structs.Routes, wraps: Sequence[Wrap], counts: Sequence[int], names: Topology, character: Character, device: Any
+    r: structs.Routes,
+    wraps: Sequence[Wrap],
+    counts: Sequence[int],
+    levers: Sequence[int],
+    names: Topology,
+    character: Character,
+    device: Any,
 ) -> None:
-    """What routes wrap around, with places and sizes of the surfaces; `counts` has the points of each wrap's route."""
+    """What routes wrap around, with places and sizes of the surfaces.
+
+    Args:
+        counts: points of each wrap's route. levers: bits of each wrap.
+    """
     surfaces = [character.surfaces[wrap.surface] for wrap in wraps]
     points = [getattr(surface, "side_point", None) for surface in surfaces]
     every = list(character.surfaces)
@@ -242,6 +263,7 @@ def _put_wraps(
         last=[(wrap.last or count) - 1 for wrap, count in zip(wraps, counts, strict=True)],
         surface=[every.index(wrap.surface) for wrap in wraps],
         method=[METHODS[wrap.method] for wrap in wraps],
+        levers=levers,
     )  # fmt: skip
     if not surfaces:
         r.wrap_row = wp.zeros((1, 1), dtype=structs.WrapRow, device=device)

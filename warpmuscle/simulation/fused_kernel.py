@@ -24,8 +24,8 @@ from warpmuscle.core.array_types import Integers
 from warpmuscle.core.errors import RolloutError
 from warpmuscle.core.warp_start import no_cache
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.memory.main_memory import SIDE, apart_floats
-from warpmuscle.kernels.memory.scratch import work_floats
+from warpmuscle.kernels.memory.main_memory import SIDE, Apart
+from warpmuscle.kernels.memory.scratch import NEAR, slots_of, work_floats
 from warpmuscle.kernels.path_kernels import PATH_BLOCK, paths_kernel
 from warpmuscle.kernels.stable import MOVED
 from warpmuscle.kernels.step import (
@@ -74,15 +74,22 @@ class KernelConfig(NamedTuple):
         """Numbers of the working set of an instance."""
         muscles, skeleton = self.kind.muscles, self.kind.skeleton
         monomials = 0 if muscles is None else muscles.paths.monomials
-        parts = skeleton.open, skeleton.constraints, skeleton.near_entries, skeleton.lean
+        parts = skeleton.open, skeleton.constraints, skeleton.near_entries, skeleton.main
         return int(work_floats(self.capacity, skeleton.with_coordinates, monomials, self.slots, *parts))
 
     def buffer_floats(self, instances: int) -> int:
         """Numbers of what so many instances keep in a GPU's main memory, or else of the working set of one."""
-        skeleton = self.kind.skeleton
-        if skeleton.apart:
-            return int(apart_floats(skeleton.entries, self.capacity, skeleton.lean) * (-(-instances // SIDE) * SIDE))
-        return self.work_floats
+        if self.kind.skeleton.main == NEAR:
+            return self.work_floats
+        return int(self.apart.floats * (-(-instances // SIDE) * SIDE))
+
+    @property
+    def apart(self) -> Apart:
+        """What of a working set is in a GPU's main memory."""
+        skeleton, slots = self.kind.skeleton, slots_of(self.capacity) if self.slots is None else self.slots
+        return Apart(
+            skeleton.main, skeleton.entries, self.capacity, slots, skeleton.open, skeleton.constraints
+        )  # fmt: skip
 
     @property
     def paths_apart(self) -> bool:
@@ -160,7 +167,7 @@ class FusedKernel:
         self._loaded = False
         self._sliced: tuple[Integers | None, list[wp.array]] = (None, [])
         # An array has fewer than 2^31 numbers a dimension.
-        rows = -(-instances // SIDE) * SIDE if config.kind.skeleton.apart else 1
+        rows = -(-instances // SIDE) * SIDE if config.kind.skeleton.main > NEAR else 1
         shape = config.buffer_floats(instances) // rows, rows
         self._buffers = [wp.zeros(shape, dtype=float, device=device) for _ in range(buffers)]
 

@@ -9,7 +9,17 @@ from typing import Any
 
 from warpmuscle.core.arguments import as_integer
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.memory.scratch import PULLS_A_BODY, SLOT_FLOATS, capacity_of, slots_for
+from warpmuscle.kernels.memory.scratch import (
+    ALL,
+    ENTRIES,
+    LEAN,
+    LEANER,
+    NEAR,
+    PULLS_A_BODY,
+    SLOT_FLOATS,
+    capacity_of,
+    slots_for,
+)
 from warpmuscle.kernels.recording.record import NOTHING, RecordKind
 from warpmuscle.kernels.step import SHARED_BESIDE_CACHE, WARP
 from warpmuscle.kernels.step_parts import StepKind
@@ -135,7 +145,8 @@ def large_blocks(
     muscle once for all of them, and finds what changes of them side by side. Fewer instances share a block, with more
     lanes each, where all of them fit at once so. Pulls of muscles are kept in the working set if as many instances fit
     with them, whatever lanes are asked for: results do not depend on these. What followed coordinates leave is kept in
-    main memory if more instances fit so, and so is part of what a body needs, or if that leaves the first cache room.
+    main memory if more instances fit so, and so is more of the working set, up to all of it, unless all instances run
+    at once without; or if that leaves the first cache room.
 
     Args:
         slots: of the character's feet.
@@ -153,6 +164,8 @@ def large_blocks(
     in_scratch = False
     for one, near in ways_of_memory(config):  # what takes least of it last
         blocks = in_blocks(one, structure, slots, None, near)
+        if found and found[0].resident(multiprocessors) >= instances:
+            break  # all run at once, and what is near is sooner there
         if blocks and (not found or is_better(blocks[0], found[0])):
             found, config, in_scratch = blocks, one, near
     if not found:
@@ -168,20 +181,22 @@ def large_blocks(
 def ways_of_memory(config: KernelConfig) -> Iterator[tuple[KernelConfig, bool]]:
     """Ways to share out memory, and whether pulls of muscles are in the working set."""
     assert config.kind.muscles is not None
-    skeleton, monomials = config.kind.skeleton, config.kind.muscles.paths.monomials
-    places = [(False, False)]
+    skeleton, muscles = config.kind.skeleton, config.kind.muscles
+    ways = [NEAR]
     if skeleton.open > 0:
-        places += [(True, False), (True, True)][: 1 if monomials > 0 else 2]
-    for apart, lean in places:
-        for in_scratch in (True, False) if config.kind.muscles.may_be_in_scratch else (False,):
-            yield config.compiling(skeleton=skeleton._replace(apart=apart, lean=lean)), in_scratch
+        ways += [ENTRIES] if muscles.paths.monomials > 0 else [ENTRIES, LEAN]
+        ways += [LEANER, ALL] if muscles.paths.monomials == 0 and muscles.shared == 0 else []
+    for main in ways:
+        with_pulls = muscles.may_be_in_scratch and main < LEANER
+        for in_scratch in (True, False) if with_pulls else (False,):
+            yield config.compiling(skeleton=skeleton._replace(main=main)), in_scratch
 
 
 def is_better(one: KernelConfig, before: KernelConfig) -> bool:
     """Whether more instances fit a multiprocessor, or as many that leave its first cache room as others do not."""
     if one.resident(1) != before.resident(1):
         return one.resident(1) > before.resident(1)
-    lean = one.kind.skeleton.lean and not before.kind.skeleton.lean
+    lean: bool = one.kind.skeleton.main >= LEAN > before.kind.skeleton.main
     return lean and one.block_bytes <= SHARED_BESIDE_CACHE < before.block_bytes
 
 
@@ -199,7 +214,7 @@ def in_blocks(
         threads = LARGE_BLOCK_OF_LOOPS if config.kind.skeleton.constraints > 0 else LARGE_BLOCK_OF_WRAPS
     elif config.kind.muscles.apart:
         threads = LARGE_BLOCK_APART
-    wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.lean
+    wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.main >= LEAN
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
         for together in sizes:

@@ -133,6 +133,9 @@ def layout() -> dict[str, set[int]]:
         "pushes": PUSHES,
         "entries": ENTRIES,
         "first": scratch.FIRST,
+        "other": scratch.SECOND,
+        "two_blocks": scratch.FIRST + scratch.SECOND,
+        "a_body": scratch.FIRST + scratch.SECOND + scratch.COORDINATE,
         "own": scratch.COORDINATE,
         **{k: v for k, v in vars(scratch).items() if isinstance(v, int)},
     }

@@ -10,7 +10,19 @@ from warpmuscle.inverse.coordinates import States
 from warpmuscle.inverse.dynamics import prepare
 from warpmuscle.inverse.reactions.joint_reactions import muscle_wrenches
 from warpmuscle.inverse.trial import Coordinates
-from warpmuscle.scene import Condition, CylinderSurface, PointMotion, ViaPoint, Wrap
+from warpmuscle.kernels.path.route_bends import LEVER_BITS
+from warpmuscle.scene import (
+    Body,
+    Character,
+    Condition,
+    CylinderSurface,
+    Failure,
+    Joint,
+    PointMotion,
+    Scene,
+    ViaPoint,
+    Wrap,
+)
 from warpmuscle.scene.wrapping import route
 from warpmuscle.scene.wrapping.touch import THROUGH
 from warpmuscle.simulation.stages import MusclePaths, Stages
@@ -195,3 +207,32 @@ def grows(moved: dict[str, np.ndarray], i: int, on: list[str], first: list, last
         along = first[k + 1] - first[k]
         found[int(on[k] == on[k + 1])] += (speed[k + 1] - speed[k]) @ along / np.linalg.norm(along)
     return found
+
+
+@pytest.mark.parametrize("joints", [3, LEVER_BITS + 3])
+def test_a_route_over_any_number_of_joints_has_the_moment_arms_of_a_path_of_segments(joints: int):
+    """A rope of vertebrae, and the same muscle twice: one has a point that always counts, which makes it a route."""
+    bodies = {f"b{k}": Body(1.0, (0.01, 0.01, 0.01)) for k in range(joints + 1)}
+    below, above = (0.0, -0.02, 0.0), (0.0, 0.02, 0.0)
+    hinges = {
+        f"j{k}": Joint("hinge", f"b{k}", f"b{k + 1}", below, above, [(1.0, 0.1 * (k % 3), 0.2)]) for k in range(joints)
+    }
+    middle = f"b{joints // 2}"
+    places = [("b0", (0.01, 0.0, 0.03)), (middle, (0.02, 0.0, 0.04)), (f"b{joints}", (0.0, 0.0, 0.03))]
+    muscles = {"segments": muscle(*places), "route": muscle(*places)}
+    muscles["route"].path[1].condition = Condition("j0", -9.0, 9.0, 0.0)
+    scene = Scene("rope", Character("b0", bodies, hinges, "fixed", muscles), failure=Failure(0.0, 0.0))
+    stages = Stages(scene, 20, "cpu")
+    q = stages.state.coordinates.numpy().copy()
+    q[:, 7:] = np.random.default_rng(2).uniform(-0.1, 0.1, (20, joints))
+    stages.state.coordinates.assign(q)
+    paths = stages.muscle_paths()
+    assert len(paths.muscle) == 2 * joints
+    arms = [np.stack([paths.moment_arm[:, k] for k, m in enumerate(paths.muscle) if m == one]) for one in (0, 1)]
+    assert np.linalg.norm(arms[0], axis=-1).min() > 1e-3
+    axis = stages.forward_kinematics()["orientation"]
+    for k in range(joints):  # what acts about the hinge: a route has no more
+        own = rotate(axis[:, k + 1].astype(float), np.array(hinges[f"j{k}"].axes[0])[None])
+        own /= np.linalg.norm(own, axis=-1, keepdims=True)
+        about = [np.sum(arms[one][k] * own, axis=-1) for one in (0, 1)]
+        np.testing.assert_allclose(about[1], about[0], atol=2e-7)

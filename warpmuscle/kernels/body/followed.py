@@ -72,15 +72,19 @@ def close_root_of(constrained: bool) -> Any:
     collect = gather_with_pushes if constrained else gather
 
     @func
-    def close_root(kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef):
+    def close_root(
+        lane: int, lanes: int, kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef
+    ) -> wp.spatial_vector:  # fmt: skip
         """U_k, responses and v at the root, as of a body of which nothing is left for a parent.
+
+        Returns its acceleration but for what followed coordinates give it. Each lane takes other unknowns.
 
         Args:
             given: its acceleration, if that is prescribed; else 0.
         """
         x = with_children(0, model.skeleton, work)
         rest = root_motion(kind, x, x.n, x.f) + given
-        for k in range(model.couplings.followed):
+        for k in range(lane, model.couplings.followed, lanes):
             u = collect(0, k, model, work)
             response = root_motion(kind, x, wp.spatial_top(u), wp.spatial_bottom(u))
             work.followed_moment[k] = wp.spatial_top(u)
@@ -88,8 +92,7 @@ def close_root_of(constrained: bool) -> Any:
             work.followed_along[k] = wp.spatial_top(response)
             work.followed_response[k] = wp.spatial_bottom(response)
             work.followed_bias[k] = wp.dot(u, rest)
-        work.angular_acceleration[0] = wp.spatial_top(rest)
-        work.acceleration[0] = wp.spatial_bottom(rest)
+        return rest
 
     return close_root
 
@@ -260,9 +263,13 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
     def solution(
         instance: int, lane: int, lanes: int, kind: int, given: wp.spatial_vector, model: ModelRef, work: ScratchRef
     ):
-        if lane == 0:
-            close_root(kind, given, model, work)
+        rest = wp.spatial_vector(wp.vec3(0.0), wp.vec3(0.0))
+        if lane < wp.max(model.couplings.followed, 1):
+            rest = close_root(lane, lanes, kind, given, model, work)
         synchronize()
+        if lane == 0:  # in the places of what all lanes have read before
+            work.angular_acceleration[0] = wp.spatial_top(rest)
+            work.acceleration[0] = wp.spatial_bottom(rest)
         equations(instance, lane, lanes, model, work)
         synchronize()
         if wp.static(constrained):

@@ -190,14 +190,15 @@ def followed_of(hybrid: bool) -> Any:
 
 
 @cache
-def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
+def reduce_followed_of(hybrid: bool, constrained: bool = False, several_warps: bool = False) -> Any:
     """The Warp function that eliminates the joint of one body, unless a followed coordinate moves it.
 
-    Several lanes do so together: each finds the joint, and then takes some of the unknowns; the first leaves all else.
+    Several lanes do so together: each finds the joint, and then takes some of the unknowns; one leaves all else.
     What they read is left as it is up to the barrier in its middle, where lanes without a body wait, too.
 
     Args:
         constrained: whether there are constraints.
+        several_warps: whether that one does nothing else, if there are others: they are in other warps then.
     """
     followed, leave_followed = followed_of(hybrid), leave_followed_of(constrained)
 
@@ -252,9 +253,14 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
                     stiffness = wp.dot(axis_a, symmetric_times(k, axis_a))
                     j = one_axis(axis_a, wp.vec3(0.0), stiffness, wp.dot(axis_a, torque), x)
         synchronize()
-        if helper < helpers:
-            leave_followed(body, helper, helpers, own, r, drift, x, j, model, work)
-        if helper == 0:
+        sharing = helpers
+        leaver = wp.int32(0)
+        if wp.static(several_warps):
+            sharing = wp.max(helpers - 1, 1)
+            leaver = helpers - 1
+        if helper < sharing:
+            leave_followed(body, helper, sharing, own, r, drift, x, j, model, work)
+        if helper == leaver:
             if own >= 0 or fixed:
                 leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
             elif coordinate:
@@ -272,12 +278,13 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False) -> Any:
 
 
 @cache
-def followed_pass_of(reduce: Any) -> Any:
+def followed_pass_of(reduce: Any, several_warps: bool = False) -> Any:
     """`dynamics.backward_pass_of` where lanes that find no body of a level share those that others have.
 
     Args:
-        reduce: `reduce_followed_of` some kind.
+        reduce: `reduce_followed_of` some kind. several_warps: see there.
     """
+    more = int(several_warps)
 
     @func
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
@@ -286,7 +293,7 @@ def followed_pass_of(reduce: Any) -> Any:
             first = nonnegative(model.level_start[level])
             end = nonnegative(model.level_start[level + 1])
             width = wp.min(end - first, lanes)
-            helpers = wp.min(lanes // width, model.couplings.followed)
+            helpers = wp.min(lanes // width, model.couplings.followed + more)
             start = int(first)
             while start < end:
                 body = start + lane % width

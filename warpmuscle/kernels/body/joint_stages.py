@@ -39,7 +39,11 @@ from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stag
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
+from warpmuscle.kernels.memory.main_memory import nothing_near
 from warpmuscle.kernels.memory.scratch import (
+    ALL,
+    ENTRIES,
+    NEAR,
     coordinate_work_at_of,
     followed_work_at_of,
     pushed_work_at_of,
@@ -61,8 +65,7 @@ class SkeletonKind(NamedTuple):
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
     of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
     entries: int = 0  # pairs of a body and an unknown that stays open to the root and acts on it, see `followed.py`
-    apart: bool = False  # whether what these leave is in a GPU's main memory, see `main_memory.apart_at` ...
-    lean: bool = False  # ... and part of every body's, see `main_memory.lean_at`
+    main: int = NEAR  # how much of a working set is in a GPU's main memory, see `main_memory.py`
 
     @property
     def follows(self) -> bool:
@@ -77,7 +80,7 @@ class SkeletonKind(NamedTuple):
     @property
     def near_entries(self) -> int:
         """Entries that the working set has room for."""
-        return 0 if self.apart else self.entries
+        return self.entries if self.main < ENTRIES else 0
 
     @property
     def with_coordinates(self) -> bool:
@@ -113,15 +116,18 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
     if kind.follows:
         backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
-    views = coordinate_work_at_of(kind.lean)
+    views = coordinate_work_at_of(kind.main)
     if kind.open:
-        views = followed_work_at_of(kind.open, kind.near_entries, kind.lean)
+        views = followed_work_at_of(kind.open, kind.near_entries, kind.main)
         if kind.constraints:
-            views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints, kind.lean)
+            views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints, kind.main)
+        if kind.main == ALL:
+            views = nothing_near
         constrained = kind.constraints > 0
         acceleration, hybrid = (
             stage_of(
-                followed_pass_of(reduce_followed_of(rest, constrained)), forward_pass_of(accelerate_followed_of(rest)),
+                followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
+                forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
             )
             for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))

@@ -1,25 +1,46 @@
 """What an instance keeps in a GPU's main memory where its whole working set would leave room for few others.
 
 Numbers of SIDE neighbouring instances lie side by side there, as lanes of a warp read them. All places are known as a
-kernel is compiled, but for the instance, so that one address leads to all views.
+kernel is compiled, but for the instance, so that one address leads to all views. There only what is alike takes
+another's place, at the times that `scratch.LIVES` says.
 """
 
 from functools import cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import warp as wp
 
+from warpmuscle.kernels.algebra.spatial import symmetric
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.scratch import FOLLOWED
+from warpmuscle.kernels.memory.scratch import ALL, ENTRIES, FOLLOWED, LEAN, LEANER, OTHER_FLOATS, PUSH, SLOT_FLOATS
 from warpmuscle.kernels.structs import Scratch
 
 SIDE = 32  # instances side by side
-LEAN = 33  # floats of a body that `lean_at` places
+LEAN_FLOATS, LEANER_FLOATS, FIRST_FLOATS = 33, 42, 43  # of a body that `lean_at`, `leaner_at` and `first_at` place
 
 
-def apart_floats(entries: int, bodies: int, lean: bool) -> int:
-    """Numbers that an instance has in a GPU's main memory, see `apart_at` and `lean_at`."""
-    return FOLLOWED * entries + (LEAN * bodies if lean else 0)
+class Apart(NamedTuple):
+    """What of a working set is in main memory."""
+
+    main: int  # how much of it, see `scratch.NEAR`
+    entries: int  # of `followed.py`
+    bodies: int
+    slots: int  # of feet
+    unknowns: int  # that stay open to the root
+    pushes: int  # rows of constraints among these
+
+    @property
+    def starts(self) -> tuple[int, ...]:
+        """Numbers of an instance before those of each further part, and of all."""
+        n = self.bodies
+        equations = SLOT_FLOATS * self.slots + OTHER_FLOATS + self.unknowns * (self.unknowns + 1) + PUSH * self.pushes
+        sizes = 0, FOLLOWED * self.entries, LEAN_FLOATS * n, LEANER_FLOATS * n, FIRST_FLOATS * n + equations
+        return tuple(sum(sizes[: k + 1]) for k in range(self.main + 1))
+
+    @property
+    def floats(self) -> int:
+        """Numbers that an instance has there."""
+        return self.starts[-1]
 
 
 def apart_of(dtype: Any, name: str, width: int) -> Any:
@@ -44,8 +65,17 @@ return part;
 
 
 floats_apart = apart_of(float, "wp::float32", 1)
+integers_apart = apart_of(int, "wp::int32", 1)
 vectors_apart = apart_of(wp.vec3, "wp::vec3", 3)
+quaternions_apart = apart_of(wp.quat, "wp::quat", 4)
 matrices_apart = apart_of(wp.mat33, "wp::mat33", 9)
+symmetric_apart = apart_of(symmetric, "wp::vec_t<6, wp::float32>", 6)
+
+
+@func
+def nothing_near(memory: wp.array[float], n: int, slots: int) -> Scratch:
+    """What `scratch.work_at` says where all of it is in main memory."""
+    return Scratch()
 
 
 @func
@@ -84,21 +114,94 @@ def lean_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first:
     w.factor_a = matrices_apart(buffer, first + 24 * n, n, instance, size)
 
 
+@func
+def leaner_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first: int, size: int):
+    """Views of the second block of `scratch.work_at` but for shapes and shares, which such models do without."""
+    w.turned = quaternions_apart(buffer, first, n, instance, size)
+    w.target = quaternions_apart(buffer, first, n, instance, size)
+    w.block_b = matrices_apart(buffer, first + 4 * n, n, instance, size)
+    w.block_a = symmetric_apart(buffer, first + 13 * n, n, instance, size)
+    w.block_c = symmetric_apart(buffer, first + 19 * n, n, instance, size)
+    w.anchor = vectors_apart(buffer, first + 25 * n, n, instance, size)
+    w.rate = vectors_apart(buffer, first + 28 * n, n, instance, size)
+    w.moment = vectors_apart(buffer, first + 28 * n, n, instance, size)
+    w.angular_acceleration = vectors_apart(buffer, first + 28 * n, n, instance, size)
+    w.gain = vectors_apart(buffer, first + 31 * n, n, instance, size)
+    w.momentum = vectors_apart(buffer, first + 31 * n, n, instance, size)
+    w.acceleration = vectors_apart(buffer, first + 31 * n, n, instance, size)
+    w.parent_rate = vectors_apart(buffer, first + 34 * n, n, instance, size)
+    w.joint_velocity = vectors_apart(buffer, first + 34 * n, n, instance, size)
+    w.parent_gain = vectors_apart(buffer, first + 37 * n, n, instance, size)
+    w.bias_moment = vectors_apart(buffer, first + 37 * n, n, instance, size)
+    w.strength = floats_apart(buffer, first + 40 * n, n, instance, size)
+    w.frame = integers_apart(buffer, first + 41 * n, n, instance, size)
+
+
+@func
+def first_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, n: int, first: int, size: int):
+    """Views of what is left of the first block."""
+    w.orientation = quaternions_apart(buffer, first, n, instance, size)
+    w.rotation = matrices_apart(buffer, first + 4 * n, n, instance, size)
+    w.turn_rates = matrices_apart(buffer, first + 4 * n, n, instance, size)
+    w.factor_b = matrices_apart(buffer, first + 13 * n, n, instance, size)
+    w.move_rates = matrices_apart(buffer, first + 13 * n, n, instance, size)
+    w.stiffness = symmetric_apart(buffer, first + 22 * n, n, instance, size)
+    w.position = vectors_apart(buffer, first + 28 * n, n, instance, size)
+    w.angular_velocity = vectors_apart(buffer, first + 31 * n, n, instance, size)
+    w.bias = vectors_apart(buffer, first + 34 * n, n, instance, size)
+    w.torque = vectors_apart(buffer, first + 37 * n, n, instance, size)
+    w.coordinate_turning_drift = vectors_apart(buffer, first + 37 * n, n, instance, size)
+    w.factor_c = vectors_apart(buffer, first + 40 * n, n, instance, size)
+
+
+@func
+def rest_at(
+    w: wp.ref[Scratch], buffer: wp.uint64, i: int, slots: int, unknowns: int, pushes: int, first: int, size: int
+):
+    """Views of feet, of what the whole body has, and of the equations of what stays open to the root."""
+    w.contact_b = matrices_apart(buffer, first, slots, i, size)
+    w.contact_c = symmetric_apart(buffer, first + 9 * slots, slots, i, size)
+    w.contact_force = vectors_apart(buffer, first + 15 * slots, slots, i, size)
+    rest = first + SLOT_FLOATS * slots
+    w.center = vectors_apart(buffer, rest, 2, i, size)
+    w.flags = integers_apart(buffer, rest + 6, 2, i, size)
+    w.near = integers_apart(buffer, rest + 8, 1, i, size)
+    equations = rest + OTHER_FLOATS
+    w.followed_matrix = floats_apart(buffer, equations, unknowns * unknowns, i, size)
+    w.followed_acceleration = floats_apart(buffer, equations + unknowns * unknowns, unknowns, i, size)
+    last = equations + unknowns * (unknowns + 1)
+    w.push_force = vectors_apart(buffer, last, pushes, i, size)
+    w.push_moment = vectors_apart(buffer, last + 3 * pushes, pushes, i, size)
+    w.push_other_moment = vectors_apart(buffer, last + 6 * pushes, pushes, i, size)
+    w.push_wanted = floats_apart(buffer, last + 9 * pushes, pushes, i, size)
+    w.push_mobility = floats_apart(buffer, last + 10 * pushes, pushes, i, size)
+
+
 @cache
-def main_memory_of(entries: int, bodies: int, lean: bool, behind: int) -> Any:
-    """The Warp function (w, buffer, instance) that puts the views of both into a working set.
+def main_memory_of(apart: Apart, behind: int) -> Any:
+    """The Warp function (w, buffer, instance) that puts the views of all that is apart into a working set.
 
     Args:
-        lean: whether there are those of `lean_at`.
         behind: numbers that a buffer has before: a thread of a CPU has its working set in the same one.
     """
-    size, followed, put_lean = apart_floats(entries, bodies, lean), FOLLOWED * entries, lean_at if lean else None
+    main, entries, n, slots, unknowns, pushes = apart
+    size, starts = apart.floats, (*apart.starts, 0, 0, 0, 0)
+    lean, leaner, whole = main >= LEAN, main >= LEANER, main >= ALL
+    put_lean, put_leaner = lean_at if lean else None, leaner_at if leaner else None
+    put_first, put_rest = (first_at, rest_at) if whole else (None, None)
+    to_lean, to_leaner, to_first = starts[ENTRIES], starts[LEAN], starts[LEANER]
+    to_rest = to_first + FIRST_FLOATS * n
 
     @func
     def in_main_memory(w: wp.ref[Scratch], buffer: wp.uint64, instance: int):
         own = buffer + wp.static(wp.uint64(4 * behind))
         apart_at(w, own, instance, entries, size)
         if wp.static(lean):
-            put_lean(w, own, instance, bodies, followed, size)
+            put_lean(w, own, instance, n, to_lean, size)
+        if wp.static(leaner):
+            put_leaner(w, own, instance, n, to_leaner, size)
+        if wp.static(whole):
+            put_first(w, own, instance, n, to_first, size)
+            put_rest(w, own, instance, slots, unknowns, pushes, to_rest, size)
 
     return in_main_memory

@@ -23,6 +23,7 @@ FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
 LEAN_FIRST = 32  # floats a body in the first block where the last ones are elsewhere, see `main_memory.lean_at`
+NEAR, ENTRIES, LEAN, LEANER, ALL = range(5)  # how much is in main memory: each also has what the one before it has
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -95,14 +96,19 @@ def slots_for(capacity: int, floats: int, least: int) -> int:
     return max(least, -(-(floats - (SECOND - CONTROL) * capacity) // SLOT_FLOATS))
 
 
-def first_of(lean: bool) -> int:
-    """Floats a body in the first block of `work_at`, if part of it is in main memory, or else."""
-    return LEAN_FIRST if lean else FIRST
+def first_of(main: int) -> int:
+    """Floats a body in the first block of `work_at`, with so much in main memory."""
+    return FIRST if main < LEAN else LEAN_FIRST
 
 
-def coordinate_of(lean: bool) -> int:
-    """The same of the block of joints of one coordinate."""
-    return 0 if lean else COORDINATE
+def second_of(main: int) -> int:
+    """The same in the second block."""
+    return SECOND if main < LEANER else 0
+
+
+def coordinate_of(main: int) -> int:
+    """The same in the block of joints of one coordinate."""
+    return COORDINATE if main < LEAN else 0
 
 
 def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
@@ -116,7 +122,7 @@ def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
 
 def work_floats(
     capacity: int, coordinate_joints: bool = False, monomials: int = 0, slots: int | None = None, followed: int = 0,
-    pushes: int = 0, entries: int | None = None, lean: bool = False,
+    pushes: int = 0, entries: int | None = None, main: int = NEAR,
 ) -> int:  # fmt: skip
     """Size of the working set of one instance in floats (4 bytes each): an odd multiple of 8.
 
@@ -129,13 +135,15 @@ def work_floats(
             which there need not be room for monomials, so that they come last.
         followed: coordinates that stay open to the root. pushes: those of them that are rows of constraints.
         entries: pairs of a body and one of them that acts on it; None for all pairs.
-        lean: whether part of it is in main memory, see `main_memory.lean_at`; only with coordinate joints.
+        main: how much of it is in main memory, see `main_memory.py`; only with coordinate joints.
     """
+    if main == ALL:
+        return 4
     entries = followed * capacity if entries is None else entries
-    floats = (first_of(lean) + SECOND) * capacity + OTHER_FLOATS
+    floats = (first_of(main) + second_of(main)) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots
     if coordinate_joints:
-        floats += coordinate_of(lean) * capacity + followed_floats(followed, entries, pushes)
+        floats += coordinate_of(main) * capacity + followed_floats(followed, entries, pushes)
         return floats + (4 - floats) % 8
     return floats + (8 - floats) % 16
 
@@ -197,9 +205,9 @@ symmetric_at = part_of(symmetric, "wp::vec_t<6, wp::float32>")
 
 
 @cache
-def work_at_of(lean: bool) -> Any:
-    """The Warp function `work_at`; `lean`: whether `main_memory.lean_at` then puts part of it into main memory."""
-    first = first_of(lean)
+def work_at_of(main: int) -> Any:
+    """The Warp function `work_at`, where `main_memory.py` then puts so much of it into main memory."""
+    first, other = first_of(main), second_of(main)
 
     @func
     def work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
@@ -256,7 +264,7 @@ def work_at_of(lean: bool) -> Any:
         w.softness = floats_at(memory, second + 9, CONTROL, n)
         w.dearest = floats_at(memory, second + 10, CONTROL, n)
         w.pull = vectors_at(memory, second + CONTROL * n, 3, PULLS_A_BODY * n)
-        feet = second + SECOND * n
+        feet = second + other * n
         w.share = floats_at(memory, feet, 1, SLOT_FLOATS * slots)
         w.contact_b = matrices_at(memory, feet, SLOT_FLOATS, slots)
         w.contact_c = symmetric_at(memory, feet + 9, SLOT_FLOATS, slots)
@@ -270,19 +278,20 @@ def work_at_of(lean: bool) -> Any:
     return work_at
 
 
-work_at = work_at_of(False)
+work_at = work_at_of(NEAR)
 
 
 @cache
-def coordinate_work_at_of(lean: bool) -> Any:
+def coordinate_work_at_of(main: int) -> Any:
     """The Warp function `coordinate_work_at`; see above."""
-    first, own, any_work_at = first_of(lean), COORDINATE, work_at_of(lean)
+    first, own, any_work_at = first_of(main), COORDINATE, work_at_of(main)
+    two_blocks = first + second_of(main)
 
     @func
     def coordinate_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         """The same where there are joints of one coordinate, which have a block of their own behind all others."""
         w = any_work_at(memory, n, slots)
-        block = (first + SECOND) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        block = two_blocks * n + SLOT_FLOATS * slots + OTHER_FLOATS
         w.coordinate_turning = vectors_at(memory, block, own, n)
         w.coordinate_moving = vectors_at(memory, block + 3, own, n)
         w.coordinate_drift = vectors_at(memory, block + 6, own, n)
@@ -295,22 +304,22 @@ def coordinate_work_at_of(lean: bool) -> Any:
     return coordinate_work_at
 
 
-coordinate_work_at = coordinate_work_at_of(False)
+coordinate_work_at = coordinate_work_at_of(NEAR)
 
 
 @cache
-def followed_work_at_of(followed: int, entries: int, lean: bool = False) -> Any:
+def followed_work_at_of(followed: int, entries: int, main: int = NEAR) -> Any:
     """`coordinate_work_at` where so many coordinates stay open to the root, in a block behind that.
 
     Args:
         entries: pairs of a body and one of them that acts on it.
     """
-    first, own, any_work_at = first_of(lean), coordinate_of(lean), coordinate_work_at_of(lean)
+    a_body, any_work_at = first_of(main) + second_of(main) + coordinate_of(main), coordinate_work_at_of(main)
 
     @wp.func
     def followed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         w = any_work_at(memory, n, slots)
-        block = (first + SECOND + own) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        block = a_body * n + SLOT_FLOATS * slots + OTHER_FLOATS
         w.followed_moment = vectors_at(memory, block, FOLLOWED, entries)
         w.followed_force = vectors_at(memory, block + 3, FOLLOWED, entries)
         w.followed_along = vectors_at(memory, block + 6, FOLLOWED, entries)
@@ -325,14 +334,15 @@ def followed_work_at_of(followed: int, entries: int, lean: bool = False) -> Any:
 
 
 @cache
-def pushed_work_at_of(followed: int, entries: int, pushes: int, lean: bool = False) -> Any:
+def pushed_work_at_of(followed: int, entries: int, pushes: int, main: int = NEAR) -> Any:
     """The same where so many of these are rows of constraints, which have a block behind that."""
-    first, own, followed_work_at = first_of(lean), coordinate_of(lean), followed_work_at_of(followed, entries, lean)
+    a_body = first_of(main) + second_of(main) + coordinate_of(main)
+    followed_work_at = followed_work_at_of(followed, entries, main)
 
     @wp.func
     def pushed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
         w = followed_work_at(memory, n, slots)
-        before = (first + SECOND + own) * n + SLOT_FLOATS * slots + OTHER_FLOATS
+        before = a_body * n + SLOT_FLOATS * slots + OTHER_FLOATS
         last = before + FOLLOWED * entries + followed * (followed + 1)
         w.push_force = vectors_at(memory, last, PUSH, pushes)
         w.push_moment = vectors_at(memory, last + 3, PUSH, pushes)

@@ -16,9 +16,11 @@ from warpmuscle.kernels.structs import RouteWrap
 
 CYLINDER, SPHERE, ELLIPSOID, TORUS = 0, 1, 2, 3
 WRAP_BIT = 24  # of a stop on the first wrap of a route, in `Lever.beyond`; the points come before
+LEVER_BITS = 31  # of a stop, in `RoutePoint.levers`
 NOWHERE = -1
 FAR = 1.0e30  # m, longer than any way
 ROUNDING = 1.0e-6  # m, by which detours may be wrong
+MANY_LEVERS = 8  # from which on they are taken by their bits
 MANY_WRAPS = 3  # from which on the rounds of a route take long
 
 
@@ -55,6 +57,11 @@ class RouteKind(NamedTuple):
         That has room in a GPU's first cache only where a kernel of their own finds them, see `MuscleKind.may_be_apart`.
         """
         return self.wraps >= MANY_WRAPS and not self.mujoco
+
+    @property
+    def many_levers(self) -> bool:
+        """Whether a walk takes levers by their bits, and does not look at all of a route at each segment."""
+        return self.levers >= MANY_LEVERS
 
     @property
     def keeps(self) -> bool:

@@ -18,7 +18,15 @@ from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import RowsOf, rows_in, rows_of
 from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
-from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_after_of, bend_rows_of, bends_of
+from warpmuscle.kernels.path.route_bends import (
+    LEVER_BITS,
+    NOWHERE,
+    WRAP_BIT,
+    RouteKind,
+    bend_after_of,
+    bend_rows_of,
+    bends_of,
+)
 from warpmuscle.kernels.path.route_points import always, place_of, placed_of, placed_points_of, slopes_of, sometimes
 from warpmuscle.kernels.path.route_slip import SHORTEST, slip
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
@@ -49,46 +57,112 @@ def room_of(kind: RouteKind, wrench: bool) -> int:
     return max(kind.levers, 1) * (2 if wrench else 1) + int(kind.slips and not wrench)
 
 
-@cache
-def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
-    """The Warp function that adds the moment arms of the segment from a stop, at `a`, to the next one.
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+return __ffs(bits) - 1;
+#else
+return __builtin_ctz(unsigned(bits));
+#endif
+"""
+)
+def lowest_bit(bits: int) -> int: ...  # its number; there has to be one
 
-    It pulls at `left` and `reached`; a lever that carries both feels their couple if the segment runs `across` from one
-    body to another. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`.
-    What is compiled in is that of `walk_of`.
+
+@func(inline=True)
+def levers_beyond(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
+    """The levers that a stop is beyond, a bit each: a point of the route or where it reaches this surface."""
+    if stop < WRAP_BIT:
+        return model.routes.point[nonnegative(span.first_point + stop)].levers
+    return model.routes.wrap[nonnegative(span.first_wrap + wrap)].levers
+
+
+@func(inline=True)
+def no_levers(span: RouteSpan, stop: int, wrap: int, model: ModelRef) -> int:
+    """The same of a walk that does not ask."""
+    return 0
+
+
+def levers_of_stops(kind: RouteKind, acting: bool) -> Any:
+    """The one of both for a walk that adds moment arms by bits of levers, or does not."""
+    return levers_beyond if acting and kind.many_levers else no_levers
+
+
+@cache
+def act_on_lever_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
+    """The Warp function that adds what a segment does to lever k of its route, where it begins or ends beyond that.
+
+    Its `sign` is 1 where the segment ends there, -1 where it begins there, and 0 where it does both, but runs from one
+    body to another: then the lever feels the couple of the pulls at its ends. Else see `act_of`.
     """
     levers = room_of(kind, wrench)
     add_arm, pulls_struct = pull_rows_of(kind, levers).add, pulls_of(levers)
     apart, couples = kind.wraps > 1 and not kind.exact, kind.slips
 
     @wp.func(inline=True)
-    def act(
-        instance: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int,
-        stop: int, across: bool, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+    def act_on_lever(
+        k: int, sign: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3,
+        model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
-        for k in range(span.first_lever, span.end_lever):
-            lever = model.routes.lever[nonnegative(k)]
-            sign = ((lever.beyond >> stop) & 1) - ((lever.beyond >> before) & 1)
-            if sign != 0:
-                pull = direction * float(sign)
-                joint = nonnegative(lever.joint)
-                place_of_pull = a
-                if wp.static(apart):
-                    place_of_pull = wp.where(sign > 0, reached, left)
-                r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
-                if wp.static(wrench):
-                    add_arm(pulls, k - span.first_lever + wp.static(levers // 2), pull)
-                elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
-                    if has_motion(model.skeleton.plan[joint].joint_type):
-                        r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
-                add_arm(pulls, k - span.first_lever, r)
-            elif wp.static(couples):  # noqa: SIM102, with `and` it would be compiled in all the same
-                if across and (lever.beyond >> stop) & 1 == 1:
-                    r = wp.cross(reached - left, direction)
-                    if wp.static(coordinate_joints and not wrench):  # noqa: SIM102, as above
-                        if has_motion(model.skeleton.plan[nonnegative(lever.joint)].joint_type):
-                            r = wp.vec3(effort_on(nonnegative(lever.joint), r, wp.vec3(0.0), work), 0.0, 0.0)
-                    add_arm(pulls, k - span.first_lever, r)
+        joint = nonnegative(model.routes.lever[nonnegative(span.first_lever + k)].joint)
+        if wp.static(not couples) or sign != 0:
+            pull = direction * float(sign)
+            place_of_pull = a
+            if wp.static(apart):
+                place_of_pull = wp.where(sign > 0, reached, left)
+            r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
+            if wp.static(wrench):
+                add_arm(pulls, k + wp.static(levers // 2), pull)
+            elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
+                if has_motion(model.skeleton.plan[joint].joint_type):
+                    r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
+            add_arm(pulls, k, r)
+        elif wp.static(couples):
+            r = wp.cross(reached - left, direction)
+            if wp.static(coordinate_joints and not wrench):  # noqa: SIM102, as above
+                if has_motion(model.skeleton.plan[joint].joint_type):
+                    r = wp.vec3(effort_on(joint, r, wp.vec3(0.0), work), 0.0, 0.0)
+            add_arm(pulls, k, r)
+
+    return act_on_lever
+
+
+@cache
+def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
+    """The Warp function that adds the moment arms of the segment from a stop, at `a`, to the next one.
+
+    It pulls at `left` and `reached`; a lever that carries both feels their couple if the segment runs `across` from one
+    body to another. Of a joint of one coordinate it adds up what acts on that, see `lever_arm_of`. Most segments are
+    beyond few of many levers, or none: so these are taken by their bits, `behind` of the stop before and `beyond` of
+    the next one, see `levers_beyond`. What is compiled in is that of `walk_of`.
+    """
+    act_on_lever, pulls_struct = act_on_lever_of(kind, coordinate_joints, wrench), pulls_of(room_of(kind, wrench))
+    couples, many, more = kind.slips, kind.many_levers, not kind.many_levers or kind.levers > LEVER_BITS
+    rest = LEVER_BITS if many else 0
+
+    @wp.func(inline=True)
+    def act(
+        span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int, stop: int,
+        behind: int, beyond: int, across: bool, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+    ):  # fmt: skip
+        if wp.static(many):
+            taken = int(beyond ^ behind)
+            if wp.static(couples) and across:
+                taken = taken | beyond
+            while taken != 0:
+                k = lowest_bit(taken)
+                taken = taken & (taken - 1)
+                sign = ((beyond >> k) & 1) - ((behind >> k) & 1)
+                act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
+        if wp.static(more):
+            for k in range(rest, span.end_lever - span.first_lever):
+                bits = model.routes.lever[nonnegative(span.first_lever + k)].beyond
+                sign = ((bits >> stop) & 1) - ((bits >> before) & 1)
+                couple = False
+                if wp.static(couples):
+                    couple = across and (bits >> stop) & 1 == 1
+                if sign != 0 or couple:
+                    act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
 
     return act
 
@@ -258,7 +332,7 @@ def walk_of(
     pulls_struct, slopes_struct = pulls_of(room_of(kind, wrench)), slopes_of(max(kind.motions, 1))
     rows, share_of = bend_rows_of(kind), in_branches if kind.branches else as_it_is
     first_at, second_at, arc_of = rows.first.get, rows.second.get, rows.arc.get
-    reaches, leaves = measured_ends_of(kind)
+    (reaches, leaves), levers_of = measured_ends_of(kind), levers_of_stops(kind, acting)
 
     @wp.func(inline=True)
     def walk(
@@ -275,6 +349,7 @@ def walk_of(
         body = wp.int32(0)
         next_point = wp.int32(0)
         onto = int(NOWHERE)
+        behind = wp.int32(0)
         while next_point < span.end_point - span.first_point or onto >= 0:
             b = wp.vec3(0.0)
             stop = int(next_point)
@@ -293,6 +368,7 @@ def walk_of(
                 fixed = model.routes.point[span.first_point + stop].fixed
             if wp.static(bodies):
                 body = body_of(span, stop, onto, model)
+            beyond = levers_of(span, stop, onto, model)
             between = body != body_before
             share = share_of(instance, span, stop, next_point, model)
             if before != NOWHERE and fixed == 0:
@@ -301,7 +377,7 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(instance, span, a, left, reached, direction, before, stop, between, model, work, pulls)
+                    act(span, a, left, reached, direction, before, stop, behind, beyond, between, model, work, pulls)
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
                         add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
@@ -313,6 +389,7 @@ def walk_of(
             a = b
             left = reached
             before = stop
+            behind = beyond
             body_before = body
             slopes_before.of = slopes.of
             if wp.static(wrapping):
