@@ -1,7 +1,7 @@
 """Steps a second of models of MuJoCo here and in MuJoCo's C, in one run, with muscles excited and without contact.
 
     python tools/bench_mujoco.py FOLDER/myohand.xml FOLDER/myolegs.xml --instances 5120 --device cuda:0
-    python tools/bench_mujoco.py FOLDER/myohand.xml FOLDER/myolegs.xml --instances 4096 --device cuda:0 --threads 16 --warp
+    python tools/bench_mujoco.py FOLDER/myohand.xml --instances 4096 --device cuda:0 --threads 16 --warp
 
 MuJoCo takes one step after the other on one core, a batch here as many at once as it has instances. Each is measured
 several times, of which the best counts. With `--threads`, MuJoCo also steps several instances at once on so many
