@@ -183,6 +183,18 @@ def test_storage_file_must_hold_what_it_promises(tmp_path):
     )
 
 
+@pytest.mark.parametrize("promised", ["-3", "3.5", "1" + 19 * "0", "three", "", "nan"])
+def test_what_a_header_promises_must_be_a_count(tmp_path, promised):
+    said = read_error(write_storage(tmp_path / "emg.mot", promised=promised))
+    assert said == f":3: nRows={promised!r} is not a count"
+
+
+def test_words_about_rows_in_a_header_are_no_count(tmp_path):
+    file = write_storage(tmp_path / "emg.sto", promised=" 3 ")
+    file.write_text(file.read_text().replace("subject\n", "nRows are those of the trial\n"))
+    assert read_signals(file).names == ("BIC", "TRI")
+
+
 @pytest.mark.parametrize(
     ("datasets", "says"),
     [
