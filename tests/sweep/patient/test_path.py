@@ -1,6 +1,7 @@
 """A made-up patient, of whom all is known: the walk of a biped with other numbers, which a search is to find again."""
 
 import csv
+import shutil
 from pathlib import Path
 
 import msgspec
@@ -176,6 +177,20 @@ def test_the_command_goes_on_where_it_was(done, folder: Path):
     assert again.returncode == 0, again.stderr
     assert {file: file.stat().st_mtime_ns for file in before} == before
     assert again.stdout.split(" in ")[0] == done.stdout.split(" in ")[0]
+
+
+def test_the_command_goes_on_where_all_of_it_was_moved_to(done, folder: Path, tmp_path: Path):
+    moved = shutil.copytree(folder, tmp_path / "moved", symlinks=True)
+    (folder / "patient.patient").rename(folder / "elsewhere.patient")
+    try:
+        before = {file: file.stat().st_mtime_ns for file in moved.glob("patient.patient/*.sweep/*.h5")}
+        again = command_line.run("patient", "patient.toml", "--device", "cpu", folder=moved)
+    finally:
+        (folder / "elsewhere.patient").rename(folder / "patient.patient")
+    assert again.returncode == 0, again.stderr
+    assert len(before) == 6
+    assert before == {file: file.stat().st_mtime_ns for file in moved.glob("patient.patient/*.sweep/*.h5")}
+
 
 
 @pytest.mark.parametrize(
