@@ -22,7 +22,7 @@ UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # byte order marks of what Excel calls Unic
 _NUMBERS = msgspec.json.Decoder(list[float])
 _MINUS_ZERO = re.compile(r"-0(?![.\deE])")
 _COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)(?:\s*=|\s+(?=[-+.\d]))\s*(.*?)\s*$", re.IGNORECASE)
-_WHOLE = re.compile(r"\d{1,15}", re.ASCII)
+_DIGITS = re.compile(r"\d{1,15}", re.ASCII)
 _DEGREES = re.compile(r"\s*indegrees\s*[= ]\s*(yes|no)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"(?<![\d,.])[-+]?(0,\d+|\d+,(\d{1,2}|\d{4,}))(?![\d,.])")  # 1,234 may be a thousand
 
@@ -173,7 +173,7 @@ def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int], bool | N
         if line.strip().lower() == "endheader":
             return index + 1, promised, degrees
         if found := _COUNT.match(line):
-            if not _WHOLE.fullmatch(found[2]):
+            if not _DIGITS.fullmatch(found[2]):
                 raise SignalError(f"{found[1]}={found[2][:40]!r} is not a count", file=path, line=index + 1)
             promised[found[1]] = int(found[2])
         elif found := _DEGREES.match(line):

@@ -267,9 +267,8 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         guide = guide_to(wp.cw_mul(r, p + d * into), wp.cw_mul(r, d * (out - into)), r, method)
         c = guide.point
         start = guide.point
-        begins_beside = guide.beside
         if side != 0 and not on_side(c[axis], side):
-            begins_beside = 0
+            guide.beside = 0
             start[axis] = -start[axis]
             c = start
             if guide.fan > 0.0:
@@ -290,9 +289,9 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         first = circle_tangent(p, middle, normal, circle, outward)
         second = circle_tangent(q, middle, normal, circle, outward)
         if wp.static(as_opensim):
-            if begins_beside != 0:
-                return touch_as_opensim(p, q, c, p + d * into, p + d * out, first, second, r, radii, side)
-            return touch_as_opensim(p, q, c, start, start, first, second, r, radii, side)
+            enters = wp.where(guide.beside != 0, p + d * into, start)
+            leaves = wp.where(guide.beside != 0, p + d * out, start)
+            return touch_as_opensim(p, q, c, enters, leaves, first, second, r, radii, side)
         u = first - middle
         w = second - middle
         # On from the first leg: the way that it reaches the circle.
