@@ -21,7 +21,8 @@ Floats = NDArray[np.float64]
 BATCH = 2000  # poses at once
 STEP = 1e-6  # of differences
 PATH_STEP = 5e-3  # rad or m, of differences of lengths in single precision
-INSTANT = 1e-7  # s, a step in which no activation changes
+INSTANT = 1e-7  # s, a step in which no activation changes, ...
+SLOW = 0.04  # s, of activation, if it takes this time
 
 
 class Ours:
@@ -34,7 +35,7 @@ class Ours:
             SystemExit: the scene has no coordinate of a name, or one more than the model.
         """
         self.scene = msgspec.structs.replace(scene, time_step=INSTANT, duration=INSTANT)
-        self.bare = bare(scene)
+        self.bare, self.held = bare(scene), slow(self.scene)
         self.stages: Stages | None = None
         self.names, self.coordinates, self.independent = topology(scene.character), coordinates, independent
         self.opensim = scene.opensim
@@ -43,7 +44,7 @@ class Ours:
         self.own = {}  # number of a coordinate: place among the scene's coordinates and speeds
         for body, name in enumerate(self.names.joints, start=1):
             if self.names.speed_start[body + 1] > self.names.speed_start[body]:
-                if name not in moved:
+                if name not in moved and name not in scene.motion:
                     raise SystemExit(f"the scene's joint {name!r} has no independent coordinate of that name")
                 place = self.names.coordinate_start[body], self.names.speed_start[body]
                 self.own[coordinates.index(name)] = place
@@ -155,13 +156,13 @@ class Ours:
 
         Those that cross no joint that moves are not simulated, and have none: infinite.
         """
-        first = self._stages(q[:BATCH], 0.0 * q[:BATCH], self.scene)
+        first = self._stages(q[:BATCH], 0.0 * q[:BATCH], self.held)
         simulated = first.structure.actuation.muscles  # ligaments among them
         own = [k for k, name in enumerate(simulated) if name in muscles]
         column = [muscles.index(simulated[k]) for k in own]
         found = np.full((len(q), len(muscles)), np.inf)
         for at in batches(len(q)):
-            stages, count = self._stages(q[at], np.zeros_like(q[at]), self.scene), len(q[at])
+            stages, count = self._stages(q[at], np.zeros_like(q[at]), self.held), len(q[at])
             levels = np.zeros((count, len(simulated)), dtype=np.float32)
             levels[:, own] = activation[at][:, column]
             full = np.concatenate([levels, np.repeat(levels[-1:], stages.instances - count, axis=0)])
@@ -186,6 +187,15 @@ def bare(scene: Scene) -> Scene:
         scene, character=character, muscle_model=MuscleModel(), forces={}, time_step=0.001,
         actuation={name: scene.actuation[name] for name in held}, motion={name: scene.motion[name] for name in held},
     )  # fmt: skip
+
+
+def slow(scene: Scene) -> Scene:
+    """The scene with muscles that no step takes from the activations that they are given."""
+    muscles = {
+        name: muscle if muscle.rise_time is None else msgspec.structs.replace(muscle, rise_time=SLOW, fall_time=SLOW)
+        for name, muscle in scene.character.muscles.items()
+    }
+    return msgspec.structs.replace(scene, character=msgspec.structs.replace(scene.character, muscles=muscles))
 
 
 def batches(count: int) -> Iterator[slice]:

@@ -92,6 +92,8 @@ def test_c3d_gives_its_analog_channels(tmp_path):
 def test_c3d_that_is_cut_off_or_damaged_is_said(tmp_path):
     whole = write_c3d(tmp_path / "emg.c3d").read_bytes()
     assert read_error(tmp_path / "cut.c3d", whole[:-5000]) == ": is truncated: holds 33 of 50 frames"
+    early = read_error(tmp_path / "early.c3d", whole[:784])  # ezc3d would take minutes
+    assert early == ": is truncated: ends at 784 bytes, before its data begin at 1536"
     assert "cannot be read as C3D" in read_error(tmp_path / "damaged.c3d", whole[:512] + bytes(512) + whole[1024:])
 
 
@@ -181,6 +183,18 @@ def test_storage_file_must_hold_what_it_promises(tmp_path):
     assert read_error(tmp_path / "no.mot", "time BIC\n0 1\n") == (
         ": has no line `endheader`, as OpenSim's storage files have"
     )
+
+
+@pytest.mark.parametrize("promised", ["-3", "3.5", "1" + 19 * "0", "three", "", "nan"])
+def test_what_a_header_promises_must_be_a_count(tmp_path, promised):
+    said = read_error(write_storage(tmp_path / "emg.mot", promised=promised))
+    assert said == f":3: nRows={promised!r} is not a count"
+
+
+def test_words_about_rows_in_a_header_are_no_count(tmp_path):
+    file = write_storage(tmp_path / "emg.sto", promised=" 3 ")
+    file.write_text(file.read_text().replace("subject\n", "nRows are those of the trial\n"))
+    assert read_signals(file).names == ("BIC", "TRI")
 
 
 @pytest.mark.parametrize(

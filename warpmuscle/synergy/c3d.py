@@ -229,6 +229,7 @@ def _header(path: Path) -> tuple[int, int]:
         check_size("table", path.stat().st_size, lambda text: SignalError(text, file=path))
         with path.open("rb") as file:
             begin = file.read(BLOCK)
+            size = os.fstat(file.fileno()).st_size
             file.seek(BLOCK * (max(begin[0], 1) - 1) if begin else 0)
             parameters = file.read(4)
     except FileNotFoundError:
@@ -241,5 +242,9 @@ def _header(path: Path) -> tuple[int, int]:
         raise SignalError("is not a C3D file", file=path)
     order = ">" if parameters[3] == MIPS else "<"
     first, last = struct.unpack_from(f"{order}HH", begin, 6)
-    (samples,) = struct.unpack_from(f"{order}H", begin, 18)
+    data, samples = struct.unpack_from(f"{order}HH", begin, 16)
+    if size < BLOCK * (data - 1):  # ezc3d would look for parameters behind its end, for minutes
+        raise SignalError(
+            f"is truncated: ends at {size} bytes, before its data begin at {BLOCK * (data - 1)}", file=path
+        )
     return last - first + 1, samples

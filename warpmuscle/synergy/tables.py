@@ -21,7 +21,8 @@ LONGEST_ROW = 100_000  # characters; Python reads cells of a little more
 UTF_16 = (b"\xff\xfe", b"\xfe\xff")  # byte order marks of what Excel calls Unicode text
 _NUMBERS = msgspec.json.Decoder(list[float])
 _MINUS_ZERO = re.compile(r"-0(?![.\deE])")
-_COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)\s*[= ]\s*(\d{1,15})\s*$", re.IGNORECASE)
+_COUNT = re.compile(r"\s*(nrows|datarows|ncolumns|datacolumns)(?:\s*=|\s+(?=[-+.\d]))\s*(.*?)\s*$", re.IGNORECASE)
+_DIGITS = re.compile(r"\d{1,15}", re.ASCII)
 _DEGREES = re.compile(r"\s*indegrees\s*[= ]\s*(yes|no)\s*$", re.IGNORECASE)
 _DECIMAL_COMMA = re.compile(r"(?<![\d,.])[-+]?(0,\d+|\d+,(\d{1,2}|\d{4,}))(?![\d,.])")  # 1,234 may be a thousand
 
@@ -172,6 +173,8 @@ def _header(path: Path, lines: list[str]) -> tuple[int, dict[str, int], bool | N
         if line.strip().lower() == "endheader":
             return index + 1, promised, degrees
         if found := _COUNT.match(line):
+            if not _DIGITS.fullmatch(found[2]):
+                raise SignalError(f"{found[1]}={found[2][:40]!r} is not a count", file=path, line=index + 1)
             promised[found[1]] = int(found[2])
         elif found := _DEGREES.match(line):
             degrees = found[1].lower() == "yes"

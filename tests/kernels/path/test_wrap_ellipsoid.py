@@ -140,21 +140,20 @@ def test_a_chord_is_cut_where_it_crosses_the_plane_of_two_longer_axes_or_passes_
     assert evaluate(wrap_ellipsoid.turning_place, start, chord, np.ones(3)) == pytest.approx(0.0)
 
 
-@pytest.mark.parametrize("method", METHODS)
-def test_the_mean_direction_counts_where_a_chord_is_along_no_axis(method: str):
+def test_the_mean_direction_counts_where_a_chord_is_along_no_axis():
     """All where its greatest direction cosine is below 0.7073, not at all above 0.9, in proportion between."""
     cosine = np.array([0.58, 0.65, 0.70, 0.75, 0.80, 0.8537, 0.89, 0.95, 1.0])
     other = np.sqrt((1.0 - cosine**2) / 2.0)
     chord, radii = 0.8 * np.stack([other, cosine, -other], axis=1), RADII / RADII.mean()
-    guide = launched(guides, Guide, -0.5 * chord + [0.1, 0.05, 0.2], chord, radii, METHODS[method])
+    guide = launched(guides, Guide, -0.5 * chord + [0.1, 0.05, 0.2], chord, radii, HYBRID)
     expected = np.clip((0.9 - cosine) / (0.9 - 0.7073), 0.0, 1.0)
     np.testing.assert_allclose(guide["fan"], expected, atol=1e-5)
     np.testing.assert_allclose(np.sum((guide["point"] / radii) ** 2, axis=1), 1.0, atol=5e-3)
 
 
 @pytest.mark.parametrize(("method", "axis"), [("midpoint", 0), ("midpoint", 2), ("axial", 0)])
-def test_a_path_that_may_not_stay_on_its_side_goes_round_between_both(method: str, axis: int):
-    """Of a chord along no axis: in the plane through the ends and the place that is on neither half of a ball."""
+def test_a_path_that_may_not_stay_on_its_side_goes_round_the_other_one(method: str, axis: int):
+    """Of a chord along no axis: in the plane through the ends and the place opposite on a ball."""
     count, radius, rng = 4000, 0.03, np.random.default_rng(10)
     way = np.array([1.0, 1.1, 0.9]) * rng.choice([-1.0, 1.0], (count, 3)) * rng.uniform(0.95, 1.05, (count, 3))
     way /= np.linalg.norm(way, axis=1, keepdims=True)
@@ -162,17 +161,14 @@ def test_a_path_that_may_not_stay_on_its_side_goes_round_between_both(method: st
     a, b = middle - 0.06 * way, middle + 0.07 * way
     side = 1
     guide = launched(guides, Guide, *chord_in_ball(a, b, radius), np.full(3, radius), METHODS[method])
-    assert guide["fan"].min() == 1.0
+    assert guide["fan"].max() == 0.0
     touch = launched(touches, Touch, a, b, np.full(3, radius), axis, side, METHODS[method])
     place = guide["point"].astype(float)
     wrong = (touch["kind"] >= BESIDE) & (place[:, axis] * side < -2e-3)
-    place[:, axis] = 0.0
-    flat = np.linalg.norm(place, axis=1)
-    clear = wrong & (flat > 0.2 * radius)
-    place *= (radius / np.maximum(flat, 1e-9))[:, None]
+    place[:, axis] *= -1.0
     normal = np.cross(b - a, place - a)
     normal /= np.linalg.norm(normal, axis=1, keepdims=True)
-    clear &= np.linalg.norm(np.cross(b - a, place - a), axis=1) > 2e-4
+    clear = wrong & (np.linalg.norm(np.cross(b - a, place - a), axis=1) > 2e-4)
     assert clear.sum() > 300
     for name in ("first", "second"):
         off = np.abs(np.sum((touch[name] - a) * normal, axis=1))

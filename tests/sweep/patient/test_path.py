@@ -1,6 +1,8 @@
 """A made-up patient, of whom all is known: the walk of a biped with other numbers, which a search is to find again."""
 
 import csv
+import re
+import shutil
 from pathlib import Path
 
 import msgspec
@@ -159,6 +161,18 @@ def test_the_search_comes_nearer_and_the_page_says_so(done, folder: Path):
     assert "http://" not in page.replace("http://www.w3.org", "")
 
 
+def test_changes_stand_in_bold_where_their_interval_is_on_one_side_of_0(done, folder: Path):
+    page = (folder / "patient.html").read_text()
+    rows = page[page.index('id="numbers"') : page.index('id="made"')].split("<tr>")[2:]
+    changes = [
+        re.findall(r'<td class="n( clear)?">[^<]*(?:<small>(\S+) to (\S+)</small>)?</td>', row)[-1] for row in rows
+    ]
+    sides = [(bool(bold), float(low) * float(high)) for bold, low, high in changes if low]
+    told = [(bold, both > 0.0) for bold, both in sides if both != 0.0]  # but for what is rounded to 0
+    assert {expected for _, expected in told} == {True, False}
+    assert all(bold == expected for bold, expected in told)
+
+
 def test_a_run_with_a_change_is_the_scene_with_this_change(done, folder: Path):
     found = read_result(folder / "patient.patient" / "changes.h5", "load,seed=2,scene=matched_2.toml")
     other = read_result(folder / "patient.patient" / "changes.h5", "no change,seed=2,scene=matched_2.toml")
@@ -176,6 +190,19 @@ def test_the_command_goes_on_where_it_was(done, folder: Path):
     assert again.returncode == 0, again.stderr
     assert {file: file.stat().st_mtime_ns for file in before} == before
     assert again.stdout.split(" in ")[0] == done.stdout.split(" in ")[0]
+
+
+def test_the_command_goes_on_where_all_of_it_was_moved_to(done, folder: Path, tmp_path: Path):
+    moved = shutil.copytree(folder, tmp_path / "moved", symlinks=True)
+    (folder / "patient.patient").rename(folder / "elsewhere.patient")
+    try:
+        before = {file: file.stat().st_mtime_ns for file in moved.glob("patient.patient/*.sweep/*.h5")}
+        again = command_line.run("patient", "patient.toml", "--device", "cpu", folder=moved)
+    finally:
+        (folder / "elsewhere.patient").rename(folder / "patient.patient")
+    assert again.returncode == 0, again.stderr
+    assert len(before) == 6
+    assert before == {file: file.stat().st_mtime_ns for file in moved.glob("patient.patient/*.sweep/*.h5")}
 
 
 @pytest.mark.parametrize(

@@ -148,6 +148,7 @@ class Guide:
 
     point: wp.vec3  # of the ellipsoid
     fan: float  # how much the mean direction from the chord counts, 0..1
+    beside: int  # 1 where AXIAL has found the point by a place outside the ellipsoid
 
 
 @cache
@@ -161,7 +162,6 @@ def guide_of(as_opensim: bool) -> Any:
         along = most_along(chord)
         toward = wp.abs(chord[along]) / wp.length(chord)
         result = Guide()
-        result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
         if method == MIDPOINT:
             result.point = nearest_on_ellipsoid(start + 0.5 * chord, r, -1)
             return result
@@ -171,6 +171,8 @@ def guide_of(as_opensim: bool) -> Any:
                 toward = FAN_COSINE + wp.clamp(wp.min(t, 1.0 - t) / FADED, 0.0, 1.0) * (toward - FAN_COSINE)
             result.fan = wp.clamp(1.0 - (toward - FAN_COSINE) / (AXIAL_COSINE - FAN_COSINE), 0.0, 1.0)
         axial = wp.vec3(0.0)
+        if wp.static(as_opensim):
+            result.beside = wp.where(method == AXIAL and (t <= 0.0 or t >= 1.0), 1, 0)
         if method == AXIAL or result.fan < 1.0:
             axial = nearest_on_ellipsoid(start + t * chord, r, along)
             result.point = axial
@@ -199,17 +201,17 @@ def circle_tangent(end: wp.vec3, middle: wp.vec3, normal: wp.vec3, square: float
 
 @func(inline=False)
 def touch_as_opensim(
-    p: wp.vec3, q: wp.vec3, c: wp.vec3, start: wp.vec3, first: wp.vec3, second: wp.vec3, r: wp.vec3, radii: wp.vec3,
-    side: int,
+    p: wp.vec3, q: wp.vec3, c: wp.vec3, begin: wp.vec3, begin_of_other: wp.vec3, first: wp.vec3, second: wp.vec3,
+    r: wp.vec3, radii: wp.vec3, side: int,
 ) -> Touch:  # fmt: skip
-    """The touch whose places OpenSim's search finds from `start` on; the given ones where it finds none."""
+    """The touch whose places OpenSim's search finds from where it begins; the given ones where it finds none."""
     end = wp.cw_mul(p, r)
     other = wp.cw_mul(q, r)
     through = wp.cw_mul(c, r)
-    begin = wp.cw_mul(start, r)
     normal = wp.normalize(wp.cross(other - end, through - end))
-    reached = wp.cw_div(tangent_as_opensim(end, begin, r, normal, through, wp.cw_mul(first, r)), r)
-    left = wp.cw_div(tangent_as_opensim(other, begin, r, normal, through, wp.cw_mul(second, r)), r)
+    reached = wp.cw_div(tangent_as_opensim(end, wp.cw_mul(begin, r), r, normal, through, wp.cw_mul(first, r)), r)
+    start = wp.cw_mul(begin_of_other, r)
+    left = wp.cw_div(tangent_as_opensim(other, start, r, normal, through, wp.cw_mul(second, r)), r)
     touch = Touch()
     touch.kind = THROUGH
     touch.first = wp.cw_mul(reached, radii)
@@ -266,6 +268,7 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         c = guide.point
         start = guide.point
         if side != 0 and not on_side(c[axis], side):
+            guide.beside = 0
             start[axis] = -start[axis]
             c = start
             if guide.fan > 0.0:
@@ -286,7 +289,9 @@ def ellipsoid_touch_of(smooth: bool, as_opensim: bool = False) -> Any:
         first = circle_tangent(p, middle, normal, circle, outward)
         second = circle_tangent(q, middle, normal, circle, outward)
         if wp.static(as_opensim):
-            return touch_as_opensim(p, q, c, start, first, second, r, radii, side)
+            enters = wp.where(guide.beside != 0, p + d * into, start)
+            leaves = wp.where(guide.beside != 0, p + d * out, start)
+            return touch_as_opensim(p, q, c, enters, leaves, first, second, r, radii, side)
         u = first - middle
         w = second - middle
         # On from the first leg: the way that it reaches the circle.

@@ -30,8 +30,8 @@ class Guide(NamedTuple):
     """What determines the plane of a path."""
 
     point: Floats  # (3,) on the ellipsoid
-    fan: float  # how much the mean direction from the chord counts, 0..1; NaN if the method does not ask for it
-    toward: float  # the cosine to the nearest axis that counts
+    fan: float  # how much the mean direction from the chord counts, 0..1
+    beside: bool = False  # whether the method `axial` has found it by a place outside the ellipsoid
 
 
 def ellipsoid_touch(
@@ -67,20 +67,21 @@ def ellipsoid_touch(
     ends = [p + (q - p) * t for t in chord]
     guide = _guide(ends[0], ends[1] - ends[0], r, method)
     c = start = guide.point
+    begins = ends if guide.beside else [start, start]  # of OpenSim's search
     if side != 0 and sign(c[axis]) != side:
         c = start = np.where(np.arange(3) == axis, -c, c)
-        fan = 1.0 - (guide.toward - FAN) / (AXIAL - FAN) if math.isnan(guide.fan) else guide.fan
-        if fan > 0.0:
-            c = nearest(np.where(np.arange(3) == axis, c * (1.0 - min(fan, 1.0)), c), r)
+        if guide.fan > 0.0:
+            c = nearest(np.where(np.arange(3) == axis, c * (1.0 - guide.fan), c), r)
         if smooth:
             over = min(_depth(p / r, q / r) / ENTERED, 1.0)
             c = start = nearest(guide.point + (c - guide.point) * over, r)
+        begins = [start, start]
     normal = np.cross(p - q, p - c)
     normal = normal / max(float(np.linalg.norm(normal)), 1e-300)
     first, second = _tangents(p / r, q / r, c / r, start / r)
     first, second = first * r, second * r
     if as_opensim:
-        reached, left = (tangent_of(end, start, r, normal, c) for end in (p, q))
+        reached, left = (tangent_of(end, begin, r, normal, c) for end, begin in zip((p, q), begins, strict=True))
         first, second = first if reached is None else reached, second if left is None else left
         return _touch_as_opensim(p, q, first, second, c, normal, r, scale, side)
     return _touch(p, first, second, c, normal, r, scale, side)
@@ -155,25 +156,25 @@ def _guide(start: Floats, chord: Floats, r: Floats, method: str) -> Guide:
     along = int(np.argmax(slopes))
     toward = float(slopes[along])
     if method == "midpoint":
-        return Guide(nearest(middle, r), math.nan, toward)
+        return Guide(nearest(middle, r), 0.0)
     t = -start[along] / chord[along]
     crossing = np.where(np.arange(3) == along, 0.0, start + t * chord)
     axial = _nearest_in_plane(crossing, r, along)
     if method == "axial":
-        return Guide(axial, math.nan, toward)
+        return Guide(axial, 0.0, not 0.0 < t < 1.0)
     if toward > FAN:
         share = min(max(min(t, 1.0 - t) / FADED, 0.0), 1.0)
         toward = FAN + share * (toward - FAN)
     if toward >= AXIAL:
-        return Guide(axial, math.nan, toward)
+        return Guide(axial, 0.0)
     samples = [start + chord * (k / SAMPLES) for k in range(1, SAMPLES - 1)]
     blades = np.array([nearest(sample, r) - sample for sample in samples])
     total = np.sum(blades / np.maximum(np.linalg.norm(blades, axis=1), 1e-300)[:, None], axis=0)
     fan = nearest(middle + total / max(float(np.linalg.norm(total)), 1e-300), r)
     if toward <= FAN:
-        return Guide(fan, 1.0, toward)
+        return Guide(fan, 1.0)
     share = (toward - FAN) / (AXIAL - FAN)
-    return Guide(nearest(share * axial + (1.0 - share) * fan, r), 1.0 - share, toward)
+    return Guide(nearest(share * axial + (1.0 - share) * fan, r), 1.0 - share)
 
 
 def nearest(point: Floats, r: Floats) -> Floats:

@@ -280,12 +280,13 @@ def _number_row(one: Changed, found: PathResult) -> dict[str, Any]:
 
 
 def _change_cell(unit: str, cell: Cell | None) -> dict[str, Any]:
+    # A key such as `clear` would be the method of the dictionary to the template.
     if cell is None or not cell.spread.count:
-        return {"value": "", "change": "", "interval": "", "clear": False}
+        return {"value": "", "change": "", "interval": "", "sure": False}
     low, high = ends(cell)
     interval = f"{signed(unit, low)} to {signed(unit, high)}" if cell.change.count > 1 else ""
     change = signed(unit, cell.change.median) if cell.change.count else ""
-    return {"value": number(unit, cell.spread.median), "change": change, "interval": interval, "clear": is_clear(cell)}
+    return {"value": number(unit, cell.spread.median), "change": change, "interval": interval, "sure": is_clear(cell)}
 
 
 def _main_changes(found: PathResult) -> list[dict[str, Any]]:
@@ -302,7 +303,7 @@ def _main_changes(found: PathResult) -> list[dict[str, Any]]:
             low, high = ends(cell)
             way = "rises" if cell.change.median > 0 else "falls"
             text = (
-                f"{one.name} {way} by {number(one.unit, abs(cell.change.median))} "
+                f"{one.name}{',' if ',' in one.name else ''} {way} by {number(one.unit, abs(cell.change.median))} "
                 f"{one.unit} ({signed(one.unit, low)} to {signed(one.unit, high)})"
             )
             ranked.append((abs(cell.change.median) / scale, text))

@@ -262,14 +262,15 @@ def _tracking(file: Path, scene: Scene, patient: Patient) -> dict[str, Any]:
     """The patient's mean stride as the gait that the objective tracks, in the patient's own spread.
 
     Squared angles count by the mean variance of their joint, so that the term is the mean square over joints of the
-    distance in standard deviations.
+    distance in standard deviations. The file is named as from the current folder, so that searches are the same ones
+    where all of it has been moved.
     """
     weights = {}
     for number, side in enumerate(SIDES):
         for name, joint in zip(ANGLES, leg_joints(scene, number), strict=True):
             spread = np.radians(patient.spread[name][side].mean())
             weights[joint] = round(float(1.0 / (2 * len(ANGLES) * spread**2)), 6)
-    return {"file": str(file.absolute()), "start": 0.0, "joints": list(weights), "weights": weights}
+    return {"file": str(file), "start": 0.0, "joints": list(weights), "weights": weights}
 
 
 def _write_gait(folder: Path, scene: Scene, patient: Patient) -> Path:
