@@ -37,6 +37,7 @@ LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 STANDING = 0.05  # m/s, below which a wanted speed is none
 REACHES, FAILS = wp.constant(1), wp.constant(2)
 UNKNOWN = -1.0  # smoothed force of an episode that has just begun
+NO_SPEED = -1.0e9  # m/s, smoothed speed of one
 EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
 
 
@@ -196,6 +197,17 @@ def other_steps(instance: int, reward: RewardRules, state: State) -> float:
 
 
 @wp.func
+def smoothed_speed(instance: int, forward: float, reward: RewardRules, gains: Gains) -> float:
+    """The speed along the wanted heading after a low-pass of first order, which begins with the first one; it goes on."""
+    before = gains.speed[instance]
+    now = forward
+    if before > NO_SPEED:
+        now = before + reward.speed_share * (forward - before)
+    gains.speed[instance] = now
+    return now
+
+
+@wp.func
 def progress(forward: float, wanted: float) -> float:
     """Share of the wanted speed, 0 to 1, which tells who stands from who walks too slowly."""
     if wp.abs(wanted) < STANDING:
@@ -211,7 +223,8 @@ def task_terms(
     """Values of the terms that count for time."""
     q = root_orientation(rules.root, instance, state)
     values = term_values()
-    miss = (forward - episodes.command[instance, SPEED]) / reward.now[SPEED_WIDTH]
+    speed = smoothed_speed(instance, forward, reward, gains)
+    miss = (speed - episodes.command[instance, SPEED]) / reward.now[SPEED_WIDTH]
     values[SPEED_TERM] = wp.exp(-miss * miss)
     values[PROGRESS] = progress(forward, episodes.command[instance, SPEED])
     values[ALIVE] = 1.0
@@ -365,6 +378,7 @@ def forget(
     if not mask[i]:
         return
     gains.objective[i] = wp.float64(0.0)
+    gains.speed[i] = NO_SPEED
     for k in range(gains.custom_weight.shape[0]):
         gains.custom_sums[i, k] = 0.0
     for k in range(LOGGED):
