@@ -198,7 +198,7 @@ def other_steps(instance: int, reward: RewardRules, state: State) -> float:
 
 @wp.func
 def smoothed_speed(instance: int, forward: float, reward: RewardRules, gains: Gains) -> float:
-    """The speed along the wanted heading after a low-pass of first order, which begins with the first one; it goes on."""
+    """The speed along the wanted heading after a low-pass that begins with the first one; it goes on."""
     before = gains.speed[instance]
     now = forward
     if before > NO_SPEED:
