@@ -146,7 +146,7 @@ def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
     if not moves:  # what goes nowhere is not rewarded for going
         given |= dict.fromkeys(("speed", "progress", "heading", "side"), 0.0)
     if task.imitation is None:
-        given |= dict.fromkeys(("imitation", "force"), 0.0)
+        given |= dict.fromkeys(("imitation", "force", "contact"), 0.0)
     if not task.pose:
         given["pose"] = 0.0
     signed = {name: -REWARDS[name].factor * weight for name, weight in given.items()}
