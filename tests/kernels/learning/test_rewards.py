@@ -276,7 +276,9 @@ def test_own_ends_are_failures_or_reached_and_own_rewards_count_at_their_speed(d
 
 def test_a_new_episode_forgets_the_old_one_and_others_go_on(drawn: dict[str, Any]):
     gains, _ = judged(drawn, rewards.ACTIONS)
-    kept = {name: getattr(gains, name).numpy().copy() for name in ("objective", "sums", "action", "foot_force", "speed")}
+    kept = {
+        name: getattr(gains, name).numpy().copy() for name in ("objective", "sums", "action", "foot_force", "speed")
+    }
     mask = np.arange(N) % 2 == 0
     wp.launch(rewards.forget, N, [wp.array(mask, dtype=bool, device="cpu"), gains], device="cpu")
     begun_anew = {"objective": 0.0, "sums": 0.0, "action": 0.0, "foot_force": -1.0, "speed": rewards.NO_SPEED}
