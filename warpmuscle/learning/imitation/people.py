@@ -124,7 +124,7 @@ def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:
 
 
 def poses_over(coordinates: Floats, rollout: Rollout, orientation: Floats) -> Poses:
-    """Places and orientations of all bodies from a root at the origin, of orientations (n, 4), at coordinates (n, C)."""
+    """Places and orientations of all bodies over a root at the origin of orientations (n, 4), at coordinates (n, C)."""
     character, names = rollout.numeric.character, rollout.names
     n = len(coordinates)
     poses: Poses = {character.root: (np.zeros((n, 3)), orientation)}
