@@ -62,6 +62,14 @@ def test_both_feet_are_mirror_images_with_a_sole_as_deep_as_before(scene: Scene)
     np.testing.assert_allclose((right[:, 1] - right[:, 3]), box[:, 1].min(), atol=1e-9)
 
 
+def test_toes_are_held_less_stiffly_than_before_and_more_than_at_rest(scene: Scene):
+    held = {side: float(np.ravel(scene.actuation[f"mtp_angle_{side}"].stiffness)[0]) for side in "lr"}
+    assert held["l"] == held["r"]
+    at_rest = 0.0149 * 180.0 / np.pi  # N m/rad, of a big toe (Heng 2016, J. Foot Ankle Res. 9:41)
+    before = at_start(load("gait2392_arms")).actuation["mtp_angle_r"].stiffness
+    assert at_rest < held["r"] < float(np.ravel(before)[0])
+
+
 def test_the_policy_was_learnt_in_this_scene_and_task(scene: Scene, tmp_path):
     write("policies", tmp_path)
     learned = read(tmp_path / "gait2392_arms_feet.h5").learned

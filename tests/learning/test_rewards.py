@@ -67,6 +67,7 @@ def test_terms_of_the_task_are_what_their_formulas_say():
             "pose": np.zeros(2),
             "imitation": np.zeros(2),
             "force": np.zeros(2),
+            "contact": np.zeros(2),
             "effort": -np.square(np.clip(0.1 + 0.4 * action, 0.0, 1.0)).mean(axis=1),
             "action": -np.square(action).mean(axis=1),
             "action_rate": -np.square(action - before).mean(axis=1),

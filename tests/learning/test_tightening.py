@@ -7,7 +7,7 @@ import pytest
 from warpmuscle import Rollout
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, toml
-from warpmuscle.kernels.learning.rewards import COUNT
+from warpmuscle.kernels.learning.rewards import COUNT, FORWARD
 from warpmuscle.learning import EpisodeBatch, Rewards, Task, Variation
 from warpmuscle.learning.tightening import TighteningLimits, limits_after
 from warpmuscle.scene import Failure
@@ -127,6 +127,35 @@ def test_rewards_move_from_the_first_numbers_to_the_last_as_if_the_task_had_thes
             np.testing.assert_allclose(one, other, rtol=1e-5, atol=1e-7)
         assert (got[0][:, 0] > 0.0).all()
         assert (got[1] < 0.0).all()
+
+
+@pytest.mark.parametrize("smoothing", [0.0, 0.1, 0.5])
+def test_the_rewarded_speed_is_a_mean_over_the_time_told_and_begins_anew_with_an_episode(smoothing: float):
+    rewards = Rewards(speed=2.0, speed_width=0.2, speed_smoothing=smoothing)
+    batch = EpisodeBatch("reflex_planar", 1, "cpu", Task(variation=STILL, rewards=rewards, speed=(1.3, 1.3)), threads=1)
+    gains, duration = batch.judge.gains, batch.decision_steps * batch.scene.time_step
+
+    def worth(decisions: int) -> tuple[list[float], list[float]]:
+        """What speed was worth in each decision, and what it ought to be by the speeds themselves."""
+        earned, gone = [0.0], [0.0]
+        for _ in range(decisions):
+            batch.step()
+            sums = gains.sums.numpy()[0]
+            earned.append(float(sums[0]))
+            gone.append(float(sums[FORWARD]))
+        speeds = np.diff(gone)
+        mean, expected = speeds[0], []
+        for speed in speeds:
+            mean += (1.0 - np.exp(-duration / smoothing) if smoothing else 1.0) * (speed - mean)
+            expected.append(2.0 * duration * np.exp(-(((mean - 1.3) / 0.2) ** 2)))
+        return list(np.diff(earned)), expected
+
+    batch.reset(0)
+    for _ in range(2):
+        got, expected = worth(6)
+        np.testing.assert_allclose(got, expected, rtol=2e-3, atol=1e-6)
+        assert np.ptp(expected) > 1e-4
+        batch.reset(0)
 
 
 def test_what_counts_at_a_speed_counts_less_where_another_is_wanted():

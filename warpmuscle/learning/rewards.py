@@ -68,8 +68,8 @@ class Judge:
         rules.uneven = 0.0 if gait is None or task.imitation is None else task.imitation.uneven
         if gait is not None:
             rules.gait = gait_table(gait, task, rollout)
-        smoothing = task.rewards.force_smoothing
-        rules.force_share = 1.0 - math.exp(-decision_time / smoothing) if smoothing > 0.0 else 1.0
+        rules.force_share = share_of_now(decision_time, task.rewards.force_smoothing)
+        rules.speed_share = share_of_now(decision_time, task.rewards.speed_smoothing)
         rules.total_mass, rules.gravity = model.skeleton.total_mass, model.gravity
         muscular = rollout.excitable and actions.kind == "joint_targets"
         by_muscles = kernels.EXCITATIONS if actions.kind in BY_MUSCLES else kernels.ACTIVATIONS
@@ -78,6 +78,7 @@ class Judge:
         gains = kernels.Gains()
         gains.action, gains.previous, gains.excitation = actions.action, actions.previous, actions.excitation
         gains.foot_force = wp.full((n, 2), kernels.UNKNOWN, dtype=float, device=self._device)
+        gains.speed = wp.full(n, kernels.NO_SPEED, dtype=float, device=self._device)
         gains.objective = wp.zeros(n, dtype=wp.float64, device=self._device)
         gains.sums = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
         gains.finished = wp.zeros((n, kernels.LOGGED), dtype=float, device=self._device)
@@ -120,7 +121,7 @@ class Judge:
         """Arrays that decisions change and that later ones depend on."""
         gains = self.gains
         own = [array for array in (gains.custom_sums, gains.custom_finished) if array.size]
-        return [gains.objective, gains.sums, gains.finished, gains.foot_force, *own]
+        return [gains.objective, gains.sums, gains.finished, gains.foot_force, gains.speed, *own]
 
     def judge(self, rules: EpisodeRules, episodes: Episodes, state: structs.State, around: Surroundings) -> None:
         """Reward the decision that has been made on the ground around, and see which episodes end."""
@@ -134,13 +135,18 @@ class Judge:
         wp.launch(kernels.forget, len(self.gains.reward), [episodes.mask, self.gains], device=self._device)
 
 
+def share_of_now(decision_time: float, smoothing: float) -> float:
+    """How much of what a decision finds a low-pass of first order with that time constant, s, takes over."""
+    return 1.0 - math.exp(-decision_time / smoothing) if smoothing > 0.0 else 1.0
+
+
 def weights(task: Task, moves: bool, decision_time: float) -> list[float]:
     """Signed weights of the terms of a decision, in the order of `kernels.learning.rewards.TERMS`."""
     given = {name: getattr(task.rewards, name) for name in kernels.TERMS}
     if not moves:  # what goes nowhere is not rewarded for going
         given |= dict.fromkeys(("speed", "progress", "heading", "side"), 0.0)
     if task.imitation is None:
-        given |= dict.fromkeys(("imitation", "force"), 0.0)
+        given |= dict.fromkeys(("imitation", "force", "contact"), 0.0)
     if not task.pose:
         given["pose"] = 0.0
     signed = {name: -REWARDS[name].factor * weight for name, weight in given.items()}

@@ -49,6 +49,7 @@ def drawn() -> dict[str, Any]:
         "force": random.uniform(0.0, 1.2, (SPEEDS, BINS)), "phase": random.random(N),
         "foot_force": random.normal(0.0, 1.0, (N, 2, 3)) * WEIGHT, "heading": random.normal(0.0, 1.0, N),
         "felt": np.where(random.random((N, 2)) < 0.3, -1.0, random.random((N, 2))),
+        "mean_speed": np.where(random.random(N) < 0.3, rewards.NO_SPEED, random.normal(1.0, 0.6, N)),
         "activation": random.random((N, MUSCLES)), "excitation": random.random((N, MUSCLES)),
         "action": random.normal(0.0, 1.5, (N, ACTIONS)), "previous": random.normal(0.0, 1.5, (N, ACTIONS)),
         "side": random.normal(0.0, 0.6, N), "place": coordinates[:, :3] - random.normal(0.0, 0.02, (N, 3)),
@@ -58,7 +59,7 @@ def drawn() -> dict[str, Any]:
         "muscle_terms": random.random((N, 3, MUSCLES)), "body_terms": random.random((N, 2, BODIES)),
         "instance_terms": random.random((N, 2)),
         "earned": random.normal(size=N), "sums": random.normal(size=(N, LOGGED)),
-        "weight": random.uniform(0.3, 1.5, COUNT) * np.where(np.arange(COUNT) % 3 == 2, -1.0, 1.0),
+        "weight": random.uniform(0.3, 1.5, COUNT) * np.where(np.arange(COUNT)[::-1] % 3 == 0, -1.0, 1.0),
     }  # fmt: skip
 
 
@@ -96,6 +97,7 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     wanted = d["heading"][i]
     moved = q[:3] - d["place"][i]
     forward = (moved[0] * np.sin(wanted) + moved[2] * np.cos(wanted)) / DECISION
+    mean = forward if d["mean_speed"][i] < -1e8 else d["mean_speed"][i] + 0.3 * (forward - d["mean_speed"][i])
     row = int(np.clip(np.round((command[0] - FIRST_SPEED) / SPEED_STEP), 0, SPEEDS - 1))
     near = d["gait"][row * BINS + int(phase * BINS)]
     imitation = 0.25 * np.exp(-np.sum((up - d["up"][int(phase * BINS)]) ** 2) / 0.7**2)
@@ -109,10 +111,11 @@ def terms(d: dict[str, Any], i: int, effort: int) -> dict[str, float]:
     people = [d["force"][row, int(((phase - lag) % 1.0) * BINS)] for lag in (0.0, RIGHT)]
     facing = 2.0 * np.arctan2(q[4], q[6])
     return {
-        "speed": np.exp(-(((forward - command[0]) / 0.5) ** 2)),
+        "speed": np.exp(-(((mean - command[0]) / 0.5) ** 2)),
         "progress": np.clip(forward / command[0], 0.0, 1.0), "alive": 1.0, "upright": up[1],
         "pose": np.exp(-np.mean((q[[11, 13]] - command[2:]) ** 2) / 0.6**2), "imitation": imitation,
-        "force": np.mean(np.exp(-(((felt - people) / 0.4) ** 2))), "effort": np.mean(d[EFFORTS[effort]][i] ** 2),
+        "force": np.mean(np.exp(-(((felt - people) / 0.4) ** 2))),
+        "contact": np.mean((load > 0.03) == (np.array(people) > 0.03)), "effort": np.mean(d[EFFORTS[effort]][i] ** 2),
         "action": min(np.mean(d["action"][i] ** 2), 4.0),
         "action_rate": np.mean((d["action"][i] - d["previous"][i]) ** 2),
         "overload": np.maximum(load - LIMIT, 0.0).sum(), "heading": 1.0 - np.cos(wanted - facing),
@@ -132,7 +135,7 @@ def judged(
     )  # fmt: skip
     rules = filled(
         RewardRules, weight=rewards.term_values(*d["weight"]), now=[*d["weight"], 0.5, 0.6, 0.7, 0.4, LIMIT],
-        pose=[11, 13], gait=gait, force_share=SHARE, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
+        pose=[11, 13], gait=gait, force_share=SHARE, speed_share=0.3, total_mass=[[WEIGHT / 9.5]], gravity=[[9.5]],
         longest=9, effort=effort, uneven=uneven, costs=[costs],
         around=filled(Surroundings, root=ROOT_FREE, normal=TILTED, ground=[[0.3]]),
     )  # fmt: skip
@@ -145,8 +148,8 @@ def judged(
     episodes = filled(Episodes, **{name: d[name] for name in names}, mask=np.zeros(N, bool))
     gains = filled(
         Gains, action=d["action"], previous=d["previous"], excitation=d["excitation"], foot_force=d["felt"],
-        objective=d["earned"], sums=d["sums"], finished=np.full((N, LOGGED), 7.0), reward=np.zeros(N),
-        terminated=np.zeros(N, bool), truncated=np.zeros(N, bool), **own,
+        speed=d["mean_speed"], objective=d["earned"], sums=d["sums"], finished=np.full((N, LOGGED), 7.0),
+        reward=np.zeros(N), terminated=np.zeros(N, bool), truncated=np.zeros(N, bool), **own,
     )  # fmt: skip
     of_episode = filled(EpisodeRules, root=ROOT_FREE, decision_time=DECISION)
     inputs = [rules, filled(ObjectiveWeights, **OBJECTIVE), of_episode, episodes, state, gains]
@@ -190,7 +193,7 @@ def test_a_gait_counts_as_met_where_the_ground_asks_for_other_steps(drawn: dict[
         shares.append(np.clip(2.0 * rise / limit - 1.0, 0.0, 1.0))
         plain = terms(drawn, i, rewards.ACTIONS)
         for name in TERMS:
-            free = shares[-1] if name in ("imitation", "force") else 0.0
+            free = shares[-1] if name in ("imitation", "force", "contact") else 0.0
             expected = plain[name] + free * (1.0 - plain[name])
             assert got[i, TERMS.index(name)] == pytest.approx(expected, rel=1e-4, abs=5e-5), name
     assert min(shares) == 0.0
@@ -273,10 +276,13 @@ def test_own_ends_are_failures_or_reached_and_own_rewards_count_at_their_speed(d
 
 def test_a_new_episode_forgets_the_old_one_and_others_go_on(drawn: dict[str, Any]):
     gains, _ = judged(drawn, rewards.ACTIONS)
-    kept = {name: getattr(gains, name).numpy().copy() for name in ("objective", "sums", "action", "foot_force")}
+    kept = {
+        name: getattr(gains, name).numpy().copy() for name in ("objective", "sums", "action", "foot_force", "speed")
+    }
     mask = np.arange(N) % 2 == 0
     wp.launch(rewards.forget, N, [wp.array(mask, dtype=bool, device="cpu"), gains], device="cpu")
-    for name, begun in (("objective", 0.0), ("sums", 0.0), ("action", 0.0), ("foot_force", -1.0)):
+    begun_anew = {"objective": 0.0, "sums": 0.0, "action": 0.0, "foot_force": -1.0, "speed": rewards.NO_SPEED}
+    for name, begun in begun_anew.items():
         now = getattr(gains, name).numpy()
         np.testing.assert_array_equal(now[mask], begun)
         np.testing.assert_array_equal(now[~mask], kept[name][~mask])

@@ -6,8 +6,8 @@ from warpmuscle.kernels.objective.objective_terms import PER_DECISION, REWARDS, 
 
 WEIGHTS = {
     "speed": 10.0, "progress": 0.0, "alive": 5.0, "upright": 0.0, "pose": 10.0, "imitation": 20.0, "force": 0.0,
-    "effort": 3.0, "action": 1.0, "action_rate": 0.0, "overload": 0.0, "heading": 3.0, "side": 3.0, "objective": 0.0,
-    "failure": 0.0,
+    "contact": 0.0, "effort": 3.0, "action": 1.0, "action_rate": 0.0, "overload": 0.0, "heading": 3.0, "side": 3.0,
+    "objective": 0.0, "failure": 0.0,
 }  # fmt: skip
 
 

@@ -39,6 +39,7 @@ class RewardRules:
     pose: wp.array[int]  # numbers of the wanted coordinates
     gait: GaitTable
     force_share: float  # of the present force in the smoothed one
+    speed_share: float  # of the present speed in the smoothed one
     total_mass: wp.array2d[float]  # (rows, 1) kg
     gravity: wp.array2d[float]  # (rows, 1) m/s^2
     longest: int  # decisions of an episode
@@ -71,6 +72,7 @@ class Gains:
     previous: wp.array2d[float]  # (instances, actions) the action before
     excitation: wp.array2d[float]  # (instances, muscles), where actions give it
     foot_force: wp.array2d[float]  # (instances, feet) smoothed vertical force, body weights, or UNKNOWN
+    speed: wp.array[float]  # (instances,) smoothed, along the wanted heading, m/s, or NO_SPEED
     objective: wp.array[wp.float64]  # (instances,) what the episode has added to the scene's objective
     sums: wp.array2d[float]  # (instances, LOGGED) of the episode
     finished: wp.array2d[float]  # (instances, LOGGED) of the last one that ended

@@ -24,8 +24,8 @@ from warpmuscle.kernels.structs import RUNNING, State, at
 wp.set_module_options({"enable_backward": False})
 
 SPEED_TERM, PROGRESS, ALIVE, UPRIGHT, POSE = map(TERMS.index, ("speed", "progress", "alive", "upright", "pose"))
-IMITATION, FORCE, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
-    TERMS.index, ("imitation", "force", "effort", "action", "action_rate", "overload")
+IMITATION, FORCE, CONTACT, EFFORT, ACTION, ACTION_RATE, OVERLOAD = map(
+    TERMS.index, ("imitation", "force", "contact", "effort", "action", "action_rate", "overload")
 )
 HEADING, SIDE, OBJECTIVE, FAILURE = map(TERMS.index, ("heading", "side", "objective", "failure"))
 SPEED_WIDTH, POSE_WIDTH, IMITATION_WIDTH, FORCE_WIDTH, FORCE_LIMIT = range(COUNT, NUMBERS)
@@ -36,7 +36,9 @@ QUATERNION = 4  # coordinates of a ball joint
 LEAST_DISTANCE = 1.0  # m, that the cost of transport counts for
 STANDING = 0.05  # m/s, below which a wanted speed is none
 REACHES, FAILS = wp.constant(1), wp.constant(2)
+LOADED = 0.03  # body weights, from which on a foot carries, as in `scene.ground`
 UNKNOWN = -1.0  # smoothed force of an episode that has just begun
+NO_SPEED = -1.0e9  # m/s, smoothed speed of one
 EXCITATIONS, ACTIVATIONS, ACTIONS = 0, 1, 2
 
 
@@ -157,10 +159,28 @@ def force_closeness(
         load = foot_load(instance, foot, reward, state)
         now = smoothed(gains.foot_force[instance, foot], load, reward.force_share)
         gains.foot_force[instance, foot] = now
-        lag = wp.where(foot == 0, 0.0, reward.gait.right)
-        away = now - wanted_force(phase - lag - wp.floor(phase - lag), row, reward.gait)
+        away = now - people_load(foot, phase, row, reward.gait)
         total += closeness(away * away, reward.now[FORCE_WIDTH])
     return total / float(wp.max(feet, 1))
+
+
+@wp.func
+def people_load(foot: int, phase: float, row: int, gait: GaitTable) -> float:
+    """People's vertical force on a foot at a part of the left foot's cycle, body weights."""
+    lag = wp.where(foot == 0, 0.0, gait.right)
+    return wanted_force(phase - lag - wp.floor(phase - lag), row, gait)
+
+
+@wp.func
+def contact_likeness(instance: int, phase: float, row: int, reward: RewardRules, state: State) -> float:
+    """Share of the feet that are on the ground where people's are, or in the air where theirs are."""
+    alike = wp.float32(0.0)
+    feet = state.foot_force.shape[1]
+    for foot in range(feet):
+        carries = foot_load(instance, foot, reward, state) > LOADED
+        if carries == (people_load(foot, phase, row, reward.gait) > LOADED):
+            alike += 1.0
+    return alike / float(wp.max(feet, 1))
 
 
 @wp.func
@@ -196,6 +216,17 @@ def other_steps(instance: int, reward: RewardRules, state: State) -> float:
 
 
 @wp.func
+def smoothed_speed(instance: int, forward: float, reward: RewardRules, gains: Gains) -> float:
+    """The speed along the wanted heading after a low-pass that begins with the first one; it goes on."""
+    before = gains.speed[instance]
+    now = forward
+    if before > NO_SPEED:
+        now = before + reward.speed_share * (forward - before)
+    gains.speed[instance] = now
+    return now
+
+
+@wp.func
 def progress(forward: float, wanted: float) -> float:
     """Share of the wanted speed, 0 to 1, which tells who stands from who walks too slowly."""
     if wp.abs(wanted) < STANDING:
@@ -211,7 +242,8 @@ def task_terms(
     """Values of the terms that count for time."""
     q = root_orientation(rules.root, instance, state)
     values = term_values()
-    miss = (forward - episodes.command[instance, SPEED]) / reward.now[SPEED_WIDTH]
+    speed = smoothed_speed(instance, forward, reward, gains)
+    miss = (speed - episodes.command[instance, SPEED]) / reward.now[SPEED_WIDTH]
     values[SPEED_TERM] = wp.exp(-miss * miss)
     values[PROGRESS] = progress(forward, episodes.command[instance, SPEED])
     values[ALIVE] = 1.0
@@ -226,10 +258,14 @@ def task_terms(
     if reward.weight[FORCE] != 0.0:
         row = speed_row(episodes.command[instance, SPEED], reward.gait)
         values[FORCE] = force_closeness(instance, episodes.phase[instance], row, reward, gains, state)
+    if reward.weight[CONTACT] != 0.0:
+        row = speed_row(episodes.command[instance, SPEED], reward.gait)
+        values[CONTACT] = contact_likeness(instance, episodes.phase[instance], row, reward, state)
     if reward.uneven > 0.0:
         share = other_steps(instance, reward, state)
         values[IMITATION] = wp.lerp(values[IMITATION], 1.0, share)
         values[FORCE] = wp.lerp(values[FORCE], 1.0, share)
+        values[CONTACT] = wp.lerp(values[CONTACT], 1.0, share)
     if reward.weight[OVERLOAD] != 0.0:
         values[OVERLOAD] = overload(instance, reward, state)
     if reward.weight[EFFORT] != 0.0:
@@ -365,6 +401,7 @@ def forget(
     if not mask[i]:
         return
     gains.objective[i] = wp.float64(0.0)
+    gains.speed[i] = NO_SPEED
     for k in range(gains.custom_weight.shape[0]):
         gains.custom_sums[i, k] = 0.0
     for k in range(LOGGED):

@@ -74,6 +74,8 @@ _REWARDS = (
     Term("pose", "1/s", "exp(-mean squared error/pose_width^2) of wanted coordinates", sign="earned", weight=10.0),
     Term("imitation", "1/s", "weighted mean over joints of exp(-(angle/width)^2)", sign="earned", weight=20.0),
     Term("force", "1/s", "mean of exp(-((F - norm)/force_width)^2) over feet, F in body weights", sign="earned"),
+    Term("contact", "1/s", "share of the feet that carry, or do not, as people's do at this part of the cycle",
+         sign="earned"),
     Term("effort", "1/s", "mean of squared excitations, or of squared torques or activations", sign="cost", weight=3.0),
     Term("action", "1/s", "mean squared action, at most 4", sign="cost", weight=1.0),
     Term("action_rate", "1/s", "mean squared change of the action", sign="cost"),

@@ -123,8 +123,8 @@ def joint_speeds(gait: Gait, rollout: Rollout) -> Floats:
     return found
 
 
-def lowest_points(coordinates: Floats, rollout: Rollout, orientation: Floats) -> Floats:
-    """Heights (n,) of the lowest point of all shapes over a root of orientations (n, 4), m, at coordinates (n, C)."""
+def poses_over(coordinates: Floats, rollout: Rollout, orientation: Floats) -> Poses:
+    """Places and orientations of all bodies over a root at the origin of orientations (n, 4), at coordinates (n, C)."""
     character, names = rollout.numeric.character, rollout.names
     n = len(coordinates)
     poses: Poses = {character.root: (np.zeros((n, 3)), orientation)}
@@ -135,4 +135,9 @@ def lowest_points(coordinates: Floats, rollout: Rollout, orientation: Floats) ->
         anchor = position + rotate(orientation, first_row(joint.position_in_parent) + motion.place)
         turned = multiply(orientation, motion.orientation)
         poses[joint.child] = anchor - rotate(turned, first_row(joint.position_in_child)), turned
-    return np.asarray(lowest_point(character, poses))
+    return poses
+
+
+def lowest_points(coordinates: Floats, rollout: Rollout, orientation: Floats) -> Floats:
+    """Heights (n,) of the lowest point of all shapes over a root of orientations (n, 4), m, at coordinates (n, C)."""
+    return np.asarray(lowest_point(rollout.numeric.character, poses_over(coordinates, rollout, orientation)))

@@ -40,13 +40,15 @@ else:
 class Rewards(_Weights):
     """Weights of what a decision earns, and of what it costs; each counts for the time that a decision takes.
 
-    Earned are `speed`, `progress`, `alive`, `upright`, `pose`, `imitation` and `force`, whose people's norm is that at
-    this part of the cycle and this speed, smoothed as the force is, see `walking_force` and `running_force` of
-    `scene.norms`. All others are taken off. `speed` hardly tells a body that stands from one that walks much too
-    slowly; `progress` does. `effort` is of excitations, of torques over their limit, or, where joints are aimed at
-    targets, of activations; `overload` is summed over the feet, of the force at the end of the decision. `objective`
-    weighs what the decision adds to the scene's weighted objective, and `failure` is taken off once where an episode
-    ends by failing: these two do not count for time.
+    Earned are `speed`, `progress`, `alive`, `upright`, `pose`, `imitation`, `contact` and `force`, whose people's norm
+    is that at this part of the cycle and this speed, smoothed as the force is, see `walking_force` and `running_force`
+    of `scene.norms`. A foot that carries more than 3 % of the weight is in contact. All others are taken off. `speed`
+    hardly tells a body that stands from one that walks much too slowly; `progress` does. `effort` is of excitations, of
+    torques over their limit, or, where joints are aimed at targets, of activations; `overload` is summed over the feet,
+    of the force at the end of the decision. `objective` weighs what the decision adds to the scene's weighted
+    objective, and `failure` is taken off once where an episode ends by failing: these two do not count for time. With
+    `speed_smoothing` v is a mean over steps, in each of which a body slows down and speeds up: a narrow `speed_width`
+    then asks for the mean speed, and not for an even one.
     `custom` weighs terms of the objective, by name, and parts of one's own, `module:name`; what is summed up over time
     counts as the decision adds to it. Its sign is that which it declares, see `kernels/objective/declaration.py`.
     What `at_speed` names counts in full where that speed is wanted, and elsewhere exp(-(difference/width)^2) of it, as
@@ -54,6 +56,7 @@ class Rewards(_Weights):
     """
 
     speed_width: Annotated[float, "m/s", ABOVE_0] = 0.5
+    speed_smoothing: Annotated[float, "s", FROM_0] = 0.0  # time constant of a low-pass of first order, of v in `speed`
     pose_width: Annotated[float, "rad", ABOVE_0] = 0.3
     imitation_width: Annotated[float, "rad", ABOVE_0] = 0.2
     force_width: Annotated[float, "1", ABOVE_0] = 0.25  # body weights
