@@ -93,7 +93,7 @@ def test_c3d_that_is_cut_off_or_damaged_is_said(tmp_path):
     whole = write_c3d(tmp_path / "emg.c3d").read_bytes()
     assert read_error(tmp_path / "cut.c3d", whole[:-5000]) == ": is truncated: holds 33 of 50 frames"
     early = read_error(tmp_path / "early.c3d", whole[:784])  # ezc3d would take minutes
-    assert early == ": is truncated: ends at 784 bytes, before its data begin at 1536"
+    assert early == ": is truncated: ends after 784 bytes, its data begin after 1536"
     assert "cannot be read as C3D" in read_error(tmp_path / "damaged.c3d", whole[:512] + bytes(512) + whole[1024:])
 
 

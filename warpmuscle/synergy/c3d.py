@@ -244,7 +244,8 @@ def _header(path: Path) -> tuple[int, int]:
     first, last = struct.unpack_from(f"{order}HH", begin, 6)
     data, samples = struct.unpack_from(f"{order}HH", begin, 16)
     if size < BLOCK * (data - 1):  # ezc3d would look for parameters behind its end, for minutes
+        after = BLOCK * (data - 1)
         raise SignalError(
-            f"is truncated: ends at {size} bytes, before its data begin at {BLOCK * (data - 1)}", file=path
+            f"is truncated: ends after {number_of(size, 'byte')}, its data begin after {after}", file=path
         )
     return last - first + 1, samples
