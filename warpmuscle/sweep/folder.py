@@ -12,8 +12,8 @@ import os
 import secrets
 import sys
 import time
-from collections.abc import Callable, Iterator, Mapping, Sequence
-from dataclasses import asdict, dataclass
+from collections.abc import Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 import msgspec
@@ -30,7 +30,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.sweep.finished import FinishedRuns
 from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan
-from warpmuscle.sweep.plan.runs import SweepRun
+from warpmuscle.sweep.plan.digest import Text, Texts, digest, named_from
 from warpmuscle.sweep.rounds import Known, known_of
 
 if sys.platform != "win32":
@@ -191,11 +191,11 @@ class Folder:
     def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], plan: Plan) -> None:
         """Raise ResultError if a run of earlier is another now, or gone, or nothing but their order has changed."""
         before, now = ({entry.name: entry.digest for entry in runs} for runs in (earlier.runs, entries))
-        texts: dict[int, object] = {}
+        older: list[tuple[Text, Texts]] = [(msgspec.msgpack.encode, {}), (toml.dumps, {})]  # as versions before had it
         for run in plan.runs:
             known = before.get(run.name, now[run.name])
             if known != now[run.name]:
-                if known != digest(run, texts, toml.dumps):
+                if all(known != digest(run, texts, text) for text, texts in older):
                     break
                 now[run.name] = known
         if list(before.items()) == list(now.items()):
@@ -297,9 +297,14 @@ class Folder:
 
 def entries_of(plan: Plan) -> tuple[RunEntry, ...]:
     """The runs of a plan as a manifest has them."""
-    texts: dict[int, object] = {}  # of scenes, of which many runs may have the same one
+    texts: Texts = {}
+    folder = plan.file.absolute().parent
+
+    def text(scene: Scene) -> bytes:
+        return msgspec.msgpack.encode(named_from(folder, scene))
+
     return tuple(
-        RunEntry(run.name, digest(run, texts), run.candidates, run.seed, dict(run.axes), dict(run.units))
+        RunEntry(run.name, digest(run, texts, text), run.candidates, run.seed, dict(run.axes), dict(run.units))
         for run in plan.runs
     )
 
@@ -335,22 +340,6 @@ def has_ended(path: Path) -> bool:
         return glance(path).ended not in GOES_ON and not journal_path(path).exists()
     except ResultError:
         return False
-
-
-def digest(run: SweepRun, texts: dict[int, object], text: Callable[[Scene], object] = msgspec.msgpack.encode) -> str:
-    """A digest of all that the result of a run depends on.
-
-    Args:
-        texts: keeps those of scenes from one run to the next. text: all of a scene; sweeps that began with versions
-            before this one have digests of their TOML, which takes a hundred times as long.
-    """
-    if id(run.scene) not in texts:
-        texts[id(run.scene)] = text(run.scene)
-    options = sorted(asdict(run.options).items(), key=lambda item: item[0])
-    parts: tuple[object, ...] = (texts[id(run.scene)], run.seed, options)
-    if run.training is not None:
-        parts = (*parts, run.training)
-    return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
 
 
 def folder_of(file: Path) -> Folder:

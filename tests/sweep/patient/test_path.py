@@ -197,7 +197,9 @@ def test_the_command_goes_on_where_all_of_it_was_moved_to(done, folder: Path, tm
     (folder / "patient.patient").rename(folder / "elsewhere.patient")
     try:
         before = {file: file.stat().st_mtime_ns for file in moved.glob("patient.patient/*.sweep/*.h5")}
-        again = command_line.run("patient", "patient.toml", "--device", "cpu", folder=moved)
+        again = command_line.run(
+            "patient", "moved/patient.toml", "-o", "moved/patient.html", "--device", "cpu", folder=tmp_path
+        )
     finally:
         (folder / "elsewhere.patient").rename(folder / "patient.patient")
     assert again.returncode == 0, again.stderr

@@ -187,7 +187,7 @@ def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -
     lines = [f"name = {json.dumps(f'{asked.name}, changes')}", KEEP]
     lines += _search(adapt) + _set(changes | adapt.set)
     for seed, scene in matched.items():
-        toml.write(scene, files.of(f"matched_{seed}.toml"))
+        toml.write(_beside(scene, files), files.of(f"matched_{seed}.toml"))
         lines += ["", "[[grid]]", f"seed = [{seed}]", f'scene = ["matched_{seed}.toml"]']
     for name, change in {UNCHANGED: {}, **asked.changes}.items():
         lines += ["", "[[run]]", f"name = {json.dumps(name)}"]
@@ -195,6 +195,14 @@ def adapt_plan(asked: PatientFile, matched: Mapping[int, Scene], files: Files) -
     plan = _read(asked, files.of("changes.toml"), lines, "adapt", changes)
     runs = tuple(replace(run, axes={AXIS: run.axes[AXIS], "seed": float(run.seed)}) for run in plan.runs)
     return replace(plan, runs=runs)
+
+
+def _beside(scene: Scene, files: Files) -> Scene:
+    """The scene with the patient's stride where it lies now; a search names it from the folder where it began."""
+    if scene.tracking is None:
+        return scene
+    stride = files.folder / Path(scene.tracking.file).name
+    return msgspec.structs.replace(scene, tracking=msgspec.structs.replace(scene.tracking, file=str(stride)))
 
 
 def _weights(scene: Scene) -> dict[str, float]:
@@ -262,8 +270,8 @@ def _tracking(file: Path, scene: Scene, patient: Patient) -> dict[str, Any]:
     """The patient's mean stride as the gait that the objective tracks, in the patient's own spread.
 
     Squared angles count by the mean variance of their joint, so that the term is the mean square over joints of the
-    distance in standard deviations. The file is named as from the current folder, so that searches are the same ones
-    where all of it has been moved.
+    distance in standard deviations. The file is named as from the current folder, so that a search that was interrupted
+    finds it where all of it has been moved.
     """
     weights = {}
     for number, side in enumerate(SIDES):
