@@ -262,7 +262,7 @@ LOADS: list[Damage] = [
     _moved("loads", "no forces", _scaled(0.0, "force_v"), CARRY),
     _moved("loads", "points at the origin", _scaled(0.0, "force_p"), r"far from|nearer"),
     _moved("loads", "no torque about x", _without_torques, r"no column"),
-    _moved("loads", "nRows", _said("nRows", "1e9"), None),
+    _moved("loads", "nRows", _said("nRows", "1e9"), r"is not a count"),
     _moved("loads", "nRows", _said("nRows", "123456789"), r"promises"),
     _moved("loads", "moments in N mm", _scaled(1000.0, "torque"), r"at an arm of"),
     _moved("loads", "forwards of the other sign", _forces(lambda x: x * (-1.0, 1.0, 1.0), "force_v"), r"push forwards"),
