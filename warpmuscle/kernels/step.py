@@ -9,7 +9,7 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
-from warpmuscle.kernels.memory.main_memory import Apart, main_memory_of
+from warpmuscle.kernels.memory.main_memory import main_memory_of
 from warpmuscle.kernels.memory.scratch import (
     NEAR,
     monomials_at,
@@ -176,8 +176,7 @@ def step_kernel(
     memory, block_floats = work_memory(floats, instances_per_block, several), instances_per_block * floats
     monomials_apart, monomials_behind = monomial_views(monomials, own_slots)
     before, behind = monomials_apart is not None, monomials_behind is not None
-    apart = Apart(skeleton.main, skeleton.entries, capacity, slots, skeleton.open, skeleton.constraints)
-    keep_apart = main_memory_of(apart, 0 if several else floats)
+    keep_apart = main_memory_of(skeleton.apart(capacity, slots), 0 if several else floats)
     work_at, know_state = joint_stages_of(skeleton).work_at, known_rows_of(State, side_by_side=several)
     computed_anew = recomputed if long_paths else None  # else the compiler does well to compute places ahead
 

@@ -86,10 +86,8 @@ class KernelConfig(NamedTuple):
     @property
     def apart(self) -> Apart:
         """What of a working set is in a GPU's main memory."""
-        skeleton, slots = self.kind.skeleton, slots_of(self.capacity) if self.slots is None else self.slots
-        return Apart(
-            skeleton.main, skeleton.entries, self.capacity, slots, skeleton.open, skeleton.constraints
-        )  # fmt: skip
+        slots = slots_of(self.capacity) if self.slots is None else self.slots
+        return self.kind.skeleton.apart(self.capacity, slots)
 
     @property
     def paths_apart(self) -> bool:

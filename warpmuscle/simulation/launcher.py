@@ -163,9 +163,9 @@ def large_blocks(
     found: list[KernelConfig] = []
     in_scratch = False
     for one, near in ways_of_memory(config):  # what takes least of it last
-        blocks = in_blocks(one, structure, slots, None, near)
         if found and found[0].resident(multiprocessors) >= instances:
             break  # all run at once, and what is near is sooner there
+        blocks = in_blocks(one, structure, slots, None, near)
         if blocks and (not found or is_better(blocks[0], found[0])):
             found, config, in_scratch = blocks, one, near
     if not found:

@@ -226,10 +226,10 @@ def _header(path: Path) -> tuple[int, int]:
     """Frames of the file, and samples of each analog channel in a frame; raises SignalError if it is no C3D file."""
     try:
         check_regular(path)
-        check_size("table", path.stat().st_size, lambda text: SignalError(text, file=path))
+        size = path.stat().st_size
+        check_size("table", size, lambda text: SignalError(text, file=path))
         with path.open("rb") as file:
             begin = file.read(BLOCK)
-            size = os.fstat(file.fileno()).st_size
             file.seek(BLOCK * (max(begin[0], 1) - 1) if begin else 0)
             parameters = file.read(4)
     except FileNotFoundError:

@@ -39,7 +39,7 @@ from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stag
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.main_memory import nothing_near
+from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
 from warpmuscle.kernels.memory.scratch import (
     ALL,
     ENTRIES,
@@ -81,6 +81,10 @@ class SkeletonKind(NamedTuple):
     def near_entries(self) -> int:
         """Entries that the working set has room for."""
         return self.entries if self.main < ENTRIES else 0
+
+    def apart(self, bodies: int, slots: int) -> Apart:
+        """What of a working set with so many bodies and slots of feet is in a GPU's main memory."""
+        return Apart(self.main, self.entries, bodies, slots, self.open, self.constraints)
 
     @property
     def with_coordinates(self) -> bool:

@@ -119,9 +119,9 @@ def speed_row(speed: float, gait: GaitTable) -> int:
 
 
 @wp.func
-def smoothed(before: float, now: float, share: float) -> float:
+def smoothed(first: bool, before: float, now: float, share: float) -> float:
     """A low-pass of first order, which begins with the first value."""
-    if before < 0.0:
+    if first:
         return now
     return before + share * (now - before)
 
@@ -157,7 +157,8 @@ def force_closeness(
     feet = gains.foot_force.shape[1]
     for foot in range(feet):
         load = foot_load(instance, foot, reward, state)
-        now = smoothed(gains.foot_force[instance, foot], load, reward.force_share)
+        before = gains.foot_force[instance, foot]
+        now = smoothed(before < 0.0, before, load, reward.force_share)
         gains.foot_force[instance, foot] = now
         away = now - people_load(foot, phase, row, reward.gait)
         total += closeness(away * away, reward.now[FORCE_WIDTH])
@@ -219,9 +220,7 @@ def other_steps(instance: int, reward: RewardRules, state: State) -> float:
 def smoothed_speed(instance: int, forward: float, reward: RewardRules, gains: Gains) -> float:
     """The speed along the wanted heading after a low-pass that begins with the first one; it goes on."""
     before = gains.speed[instance]
-    now = forward
-    if before > NO_SPEED:
-        now = before + reward.speed_share * (forward - before)
+    now = smoothed(not (before > NO_SPEED), before, forward, reward.speed_share)
     gains.speed[instance] = now
     return now
 

@@ -6,6 +6,7 @@ another's place, at the times that `scratch.LIVES` says.
 """
 
 from functools import cache
+from itertools import accumulate
 from typing import Any, NamedTuple
 
 import warp as wp
@@ -31,16 +32,16 @@ class Apart(NamedTuple):
 
     @property
     def starts(self) -> tuple[int, ...]:
-        """Numbers of an instance before those of each further part, and of all."""
+        """Numbers of an instance with so much in main memory, for each of `scratch.NEAR` to `ALL`."""
         n = self.bodies
         equations = SLOT_FLOATS * self.slots + OTHER_FLOATS + self.unknowns * (self.unknowns + 1) + PUSH * self.pushes
         sizes = 0, FOLLOWED * self.entries, LEAN_FLOATS * n, LEANER_FLOATS * n, FIRST_FLOATS * n + equations
-        return tuple(sum(sizes[: k + 1]) for k in range(self.main + 1))
+        return tuple(accumulate(sizes))
 
     @property
     def floats(self) -> int:
         """Numbers that an instance has there."""
-        return self.starts[-1]
+        return self.starts[self.main]
 
 
 def apart_of(dtype: Any, name: str, width: int) -> Any:
@@ -185,7 +186,7 @@ def main_memory_of(apart: Apart, behind: int) -> Any:
         behind: numbers that a buffer has before: a thread of a CPU has its working set in the same one.
     """
     main, entries, n, slots, unknowns, pushes = apart
-    size, starts = apart.floats, (*apart.starts, 0, 0, 0, 0)
+    size, starts = apart.floats, apart.starts
     lean, leaner, whole = main >= LEAN, main >= LEANER, main >= ALL
     put_lean, put_leaner = lean_at if lean else None, leaner_at if leaner else None
     put_first, put_rest = (first_at, rest_at) if whole else (None, None)

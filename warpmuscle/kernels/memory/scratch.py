@@ -111,6 +111,11 @@ def coordinate_of(main: int) -> int:
     return COORDINATE if main < LEAN else 0
 
 
+def floats_a_body(main: int) -> int:
+    """The same of all three blocks."""
+    return first_of(main) + second_of(main) + coordinate_of(main)
+
+
 def followed_floats(followed: int, entries: int, pushes: int = 0) -> int:
     """Numbers of so many followed coordinates: of bodies that they act on, and their equations; some are pushes.
 
@@ -314,7 +319,7 @@ def followed_work_at_of(followed: int, entries: int, main: int = NEAR) -> Any:
     Args:
         entries: pairs of a body and one of them that acts on it.
     """
-    a_body, any_work_at = first_of(main) + second_of(main) + coordinate_of(main), coordinate_work_at_of(main)
+    a_body, any_work_at = floats_a_body(main), coordinate_work_at_of(main)
 
     @wp.func
     def followed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
@@ -336,8 +341,7 @@ def followed_work_at_of(followed: int, entries: int, main: int = NEAR) -> Any:
 @cache
 def pushed_work_at_of(followed: int, entries: int, pushes: int, main: int = NEAR) -> Any:
     """The same where so many of these are rows of constraints, which have a block behind that."""
-    a_body = first_of(main) + second_of(main) + coordinate_of(main)
-    followed_work_at = followed_work_at_of(followed, entries, main)
+    a_body, followed_work_at = floats_a_body(main), followed_work_at_of(followed, entries, main)
 
     @wp.func
     def pushed_work_at(memory: wp.array[float], n: int, slots: int) -> Scratch:
