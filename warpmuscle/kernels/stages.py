@@ -247,14 +247,14 @@ def muscle_torques(kind: MuscleKind, controller: ControllerKind = NO_CONTROLLER)
 
 
 @cache
-def forward_dynamics_of(followed: int = 0, constraints: int = 0, entries: int = 0) -> Any:
+def forward_dynamics_of(followed: int = 0, constraints: int = 0, entries: int = 0, single: bool = False) -> Any:
     """The kernel of accelerations under joint torques (world, N m, + on the parent), gravity, contacts and limits.
 
     Contacts and limits are linearly implicit in a step of the model's length; without them the result is exact.
 
     Args:
         followed, constraints: coordinates and rows that stay open to the root, see `joint_stages.SkeletonKind`.
-        entries: see there.
+        entries, single: see there.
 
     The kernel returns
         speed_rate: (instances, speeds) time derivatives of the speeds.
@@ -262,8 +262,9 @@ def forward_dynamics_of(followed: int = 0, constraints: int = 0, entries: int = 
         angular_acceleration: (instances, bodies) world, rad/s^2.
     """
     kind = SkeletonKind(
-        KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints, of_two=True, entries=entries
-    )
+        KNOWN_JOINTS, turned=True, followed=followed, constraints=constraints, of_two=True, entries=entries,
+        single=single,
+    )  # fmt: skip
     own = joint_stages_of(kind)
     accelerate, views = own.acceleration, own.work_at
 

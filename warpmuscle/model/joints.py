@@ -52,12 +52,14 @@ def compiled_skeleton(character: Character, ground: Ground | None = None) -> Ske
     names = topology(character)
     followed = len(followed_drivers(character, names))
     entries = sum(map(len, acting_unknowns(character, names)))
+    rows = row_count(character)
+    single = all(len(joint_type(joint).speeds) < 2 for joint in character.joints.values())
     turned = any(map(has_turned_axes, character.bodies.values()))
     return SkeletonKind(
-        joints, turned, LAWS[ground.law], followed, row_count(character), compiled_terrain(ground),
+        joints, turned, LAWS[ground.law], followed, rows, compiled_terrain(ground),
         any(map(resists, character.joints.values())), ground.treadmill is not None,
         any(joint.beside for joint in character.joints.values()),
-        entries,
+        entries, single and followed + rows > 0,
     )  # fmt: skip
 
 

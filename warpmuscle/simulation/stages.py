@@ -268,7 +268,7 @@ class Stages(Rollout):
         torques = wp.array(torque, dtype=wp.vec3, device=self.device)
         outputs = [((self.names.speeds,), float), ((b,), wp.vec3), ((b,), wp.vec3)]
         skeleton = self.structure.skeleton
-        kernel = stages.forward_dynamics_of(skeleton.followed, skeleton.constraints, skeleton.entries)
+        kernel = stages.forward_dynamics_of(skeleton.followed, skeleton.constraints, skeleton.entries, skeleton.single)
         results = self._run(kernel, [torques], outputs)
         return dict(zip(("speed_rate", "acceleration", "angular_acceleration"), results, strict=True))
 

@@ -74,9 +74,18 @@ def states(scene: Scene, count: int = 6) -> tuple[np.ndarray, np.ndarray]:
     return q, rng.normal(size=(count, names.speeds)) * 2.0
 
 
+def of_one_axis(scene: Scene) -> Scene:
+    """The body with a hinge in place of its universal joint."""
+    hip = scene.character.joints["hip"]
+    hip.type, hip.axes = "hinge", [Z]
+    return scene
+
+
 @pytest.mark.parametrize("root", ["free", "planar", "fixed"])
-def test_accelerations_are_those_of_the_reduced_tree(root: str):
-    scene = body(root)
+@pytest.mark.parametrize("single", [False, True])
+def test_accelerations_are_those_of_the_reduced_tree(root: str, single: bool):
+    scene = of_one_axis(body(root, ball=False)) if single else body(root)
+    assert compiled_skeleton(scene.character).single is single
     q, v = states(scene)
     mass, bias = expected(scene, q, v)
     stages = put(scene, q, v)

@@ -43,6 +43,7 @@ from warpmuscle.kernels.structs import (
     ModelRef,
     ScratchRef,
     StateRef,
+    component,
     nonnegative,
 )
 
@@ -101,13 +102,21 @@ close_root = close_root_of(False)
 
 
 @cache
-def equations_of(hybrid: bool, constrained: bool = False) -> Any:
+def equations_of(hybrid: bool, constrained: bool = False, single: bool = False) -> Any:
     """The Warp function that sums up D and forces - v, an element a lane, in the order of bodies.
 
     Args:
         constrained: whether there are constraints, whose rows come last and have what is wanted in place of forces.
+        single: whether no joint has more than one axis.
     """
     followed = followed_of(hybrid)
+
+    @func
+    def through_joint(mine: int, other: int, work: ScratchRef) -> float:
+        if wp.static(single):
+            return component(work.followed_along, mine, 0) * component(work.followed_response, other, 0)
+        else:
+            return wp.dot(work.followed_along[mine], work.followed_response[other])
 
     @func
     def free_unknown(k: int, driver: int, model: ModelRef) -> bool:
@@ -139,33 +148,41 @@ def equations_of(hybrid: bool, constrained: bool = False) -> Any:
                 mine = entry_of(body, k, model)
                 own = followed(body, model)
                 if own < 0:
-                    d -= wp.dot(work.followed_along[mine], work.followed_response[other])
+                    d -= through_joint(mine, other, work)
                 elif own == k:
-                    d += work.followed_along[other][0]
+                    d += component(work.followed_along, other, 0)
                 elif own == l:
-                    d += work.followed_along[mine][0]
+                    d += component(work.followed_along, mine, 0)
         return d
 
     @func
     def equations(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         count = nonnegative(model.couplings.followed)
-        for place in range(lane, count * count, lanes):
-            k = place // count
-            l = place % count  # noqa: E741
+        for place in range(lane, count * (count + 1) // 2, lanes):
+            k = count - 1 - place // (count + 1)  # the longest row below the diagonal and the shortest, and so on
+            l = place % (count + 1)  # noqa: E741
+            if l > k:
+                l -= k + 1  # noqa: E741
+                k = count - 1 - k
             driver = nonnegative(model.couplings.unknown_driver[k])
             free = free_unknown(k, driver, model)
+            both = free
+            if k != l:
+                both = free and free_unknown(l, nonnegative(model.couplings.unknown_driver[l]), model)
             d = wp.where(k == l, 1.0, 0.0)
-            if free:
+            if both:
                 d = element(k, l, model, work)
                 if k == l and driver > 0:
                     axis = coordinate_axis(instance, driver, model, work)
                     d += wp.dot(axis, symmetric_times(work.stiffness[driver], axis))
-            work.followed_matrix[place] = d
+            work.followed_matrix[k * count + l] = d
             if k == l:
                 right = wp.float32(0.0)
                 if free:
                     right = right_side(instance, k, driver, model, work)
                 work.followed_acceleration[k] = right
+            else:
+                work.followed_matrix[l * count + k] = d
 
     return equations
 
@@ -194,6 +211,10 @@ def solve_followed(lane: int, lanes: int, count: int, work: ScratchRef):
             work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
 
 
+@wp.func_native(snippet="wp::address(factors, body)->data[0][2] -= less;")
+def lessen_acceleration(factors: wp.array[wp.mat33], body: int, less: float): ...  # of a joint of one axis
+
+
 @func
 def move_root(model: ModelRef, work: ScratchRef):
     """Add to the root's acceleration what those of followed coordinates give it."""
@@ -201,6 +222,26 @@ def move_root(model: ModelRef, work: ScratchRef):
         x = work.followed_acceleration[k]
         work.angular_acceleration[0] = work.angular_acceleration[0] + work.followed_along[k] * x
         work.acceleration[0] = work.acceleration[0] + work.followed_response[k] * x
+
+
+@cache
+def correct_single_of(hybrid: bool) -> Any:
+    """The same where no joint has more than one axis."""
+    followed = followed_of(hybrid)
+
+    @func
+    def correct_single(body: int, model: ModelRef, work: ScratchRef):
+        kind = model.skeleton.plan[body].joint_type
+        if wp.static(hybrid):
+            kind = model.motion.remaining[body]
+        if followed(body, model) < 0 and kind != FIXED:
+            less = wp.float32(0.0)
+            for entry in range(model.couplings.entry_start[body], model.couplings.entry_start[body + 1]):
+                x = work.followed_acceleration[model.couplings.entry_unknown[entry]]
+                less += component(work.followed_response, entry, 0) * x
+            lessen_acceleration(work.factor_a, body, less)
+
+    return correct_single
 
 
 @cache
@@ -254,9 +295,10 @@ def accelerate_followed_of(hybrid: bool) -> Any:
 
 
 @cache
-def solution_of(hybrid: bool, constrained: bool = False) -> Any:
+def solution_of(hybrid: bool, constrained: bool = False, single: bool = False) -> Any:
     """The Warp function between the backward and the forward pass. It ends with a barrier."""
-    equations, correct_joint = equations_of(hybrid, constrained), correct_joint_of(hybrid)
+    equations = equations_of(hybrid, constrained, single)
+    correct_joint = correct_single_of(hybrid) if single else correct_joint_of(hybrid)
     close_root = close_root_of(constrained)
 
     @func
@@ -287,9 +329,11 @@ def solution_of(hybrid: bool, constrained: bool = False) -> Any:
 
 
 @cache
-def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any, constrained: bool = False) -> Any:
+def followed_acceleration_stage_of(
+    backward_pass: Any, forward_pass: Any, constrained: bool = False, single: bool = False
+) -> Any:
     """`dynamics.acceleration_stage_of` where followed coordinates, or pushes of constraints, stay open to the root."""
-    solution = solution_of(False, constrained)
+    solution = solution_of(False, constrained, single)
 
     @func
     def acceleration_stage(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
@@ -302,9 +346,11 @@ def followed_acceleration_stage_of(backward_pass: Any, forward_pass: Any, constr
 
 
 @cache
-def followed_hybrid_stage_of(backward_pass: Any, forward_pass: Any, constrained: bool = False) -> Any:
+def followed_hybrid_stage_of(
+    backward_pass: Any, forward_pass: Any, constrained: bool = False, single: bool = False
+) -> Any:
     """`hybrid.hybrid_acceleration_stage_of` where followed coordinates, or pushes, stay open to the root."""
-    solution = solution_of(True, constrained)
+    solution = solution_of(True, constrained, single)
 
     @func
     def hybrid_acceleration_stage(

@@ -37,6 +37,7 @@ from warpmuscle.kernels.body.integration import integrate_stage
 from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
+from warpmuscle.kernels.body.single_axes import reduce_single_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
@@ -65,6 +66,7 @@ class SkeletonKind(NamedTuple):
     moves: bool = False  # whether the ground moves along itself, see `contact/belts.py`
     of_two: bool = False  # whether some joints depend on two coordinates, see `two_coordinates.py`
     entries: int = 0  # pairs of a body and an unknown that stays open to the root and acts on it, see `followed.py`
+    single: bool = False  # whether no joint has more than one axis, see `single_axes.py`
     main: int = NEAR  # how much of a working set is in a GPU's main memory, see `main_memory.py`
 
     @property
@@ -128,11 +130,13 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         if kind.main == ALL:
             views = nothing_near
         constrained = kind.constraints > 0
+        reduce_of = reduce_single_of if kind.single else reduce_followed_of
         acceleration, hybrid = (
             stage_of(
-                followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
+                followed_pass_of(reduce_of(rest, constrained, several_warps), several_warps),
                 forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
+                kind.single,
             )
             for stage_of, rest in ((followed_acceleration_stage_of, False), (followed_hybrid_stage_of, True))
         )  # fmt: skip
