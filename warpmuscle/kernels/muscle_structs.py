@@ -77,6 +77,15 @@ class Crossing:
 
 
 @wp.struct
+class TorquePart:
+    """Some of the crossings of a joint, whose torques one lane adds up."""
+
+    first: int
+    end: int
+    place: int  # of their sum; those of a joint come one behind the other
+
+
+@wp.struct
 class Paths:
     """Paths of all muscles, one behind the other; a crossing is a pair of a joint and a muscle that acts on it.
 
@@ -101,6 +110,8 @@ class Paths:
     segment_points: wp.array2d[int]  # (segments, 2) a and b
     crossing_start: wp.array[int]  # (bodies + 1,) crossings of the joint of body i
     crossing_muscle: wp.array[int]  # (crossings,)
+    torque_part: wp.array[TorquePart]  # the largest ones first; none unless very many muscles cross some joint
+    torque_part_start: wp.array[int]  # (bodies + 1,) places of the parts of the joint of body i
     pulley: wp.array[Pulley]  # (pulleys,)
     pulley_row: wp.array2d[wp.vec2]  # (rows, pulleys) moment arm, m, and rest angle, rad
 
@@ -220,6 +231,7 @@ class MuscleState:
     previous_fibre_length: wp.array2d[float]  # (instances, muscles) m, a step before
     force: wp.array2d[float]  # (instances, muscles) N
     moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; while torques are shared out, scaled
+    part_torque: wp.array2d[wp.vec3]  # (instances, parts) N m, world, see `torque_parts.py`; else no instances
     sharing: SharingState
     apart: PathsApart
     # Of reflexes, and of other controllers that excite muscles; no instances where there are none:

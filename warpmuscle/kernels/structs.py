@@ -60,6 +60,7 @@ from warpmuscle.kernels.muscle_structs import SharedMuscle as SharedMuscle
 from warpmuscle.kernels.muscle_structs import SharingState as SharingState
 from warpmuscle.kernels.muscle_structs import Straight as Straight
 from warpmuscle.kernels.muscle_structs import TimedExcitation as TimedExcitation
+from warpmuscle.kernels.muscle_structs import TorquePart as TorquePart
 from warpmuscle.kernels.reflex_structs import Reflexes as Reflexes
 from warpmuscle.kernels.route_structs import Lever as Lever
 from warpmuscle.kernels.route_structs import Monomial as Monomial

@@ -24,7 +24,7 @@ from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.path_table import PathTable, path_table
-from warpmuscle.model.paths import all_straight, paths_struct, route_struct
+from warpmuscle.model.paths import all_straight, paths_struct, route_struct, torque_parts
 from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.routes import path_kind
 from warpmuscle.model.user_functions import custom_curves
@@ -168,6 +168,7 @@ def compiled_kind(
     kind = muscle_kind(scene.muscle_model, found.of(scene))
     elastic = (_elastic(scene.actuation.get(joint)) for joint in names.joints)
     drives = [_drive(found.drives[joint], spring) for joint, spring in zip(names.joints, elastic, strict=True)]
+    kind = kind._replace(parts=len(torque_parts(found.table)))
     in_scratch = len(found.table.crossings) <= PULLS_A_BODY * capacity and kind.may_be_in_scratch
     joints = compiled_skeleton(scene.character)
     smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
@@ -287,7 +288,7 @@ def _rest(own: Actuation) -> Floats:
 
 def muscle_state(
     instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False,
-    sharing_bodies: int = 0, apart_bodies: int = 0,
+    sharing_bodies: int = 0, apart_bodies: int = 0, parts: int = 0,
 ) -> structs.MuscleState:  # fmt: skip
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
 
@@ -296,6 +297,7 @@ def muscle_state(
         excited: whether a controller excites muscles, and so wants to know what they feel.
         sharing_bodies: of the character, where torques are shared out among muscles; else 0.
         apart_bodies: the same where a kernel of its own finds paths.
+        parts: that torques of joints are added up in.
     """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
@@ -303,6 +305,7 @@ def muscle_state(
         setattr(s, name, zeros(*shape))
     s.excitation_ring = zeros(instances, max(capacity, 1), shape[1])
     s.moment_arm = zeros(instances, max(crossings, 1), dtype=wp.vec3)
+    s.part_torque = zeros(instances if parts else 0, parts, dtype=wp.vec3)
     sharing = instances if sharing_bodies else 0
     s.sharing.muscle = zeros(sharing, shape[1], dtype=structs.SharedMuscle)
     s.sharing.share = zeros(sharing, shape[1])

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.kernels import structs
+from warpmuscle.kernels.force.torque_parts import MANY_CROSSINGS, PART
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.path_table import MusclePath, PathTable
 from warpmuscle.model.routes import routes_struct
@@ -97,6 +99,28 @@ def _put_crossings(p: structs.Paths, table: PathTable, names: Topology, device: 
     p.of_muscle = records_to_device(structs.Crossing, device, number=of_muscle, joint=[joints[i] for i in of_muscle])
     p.crossing_start = to_device(np.searchsorted(joints, np.arange(len(names.bodies) + 1)), int, device)
     p.crossing_muscle = _numbers([crossing.muscle for crossing in table.crossings], device)
+    parts = torque_parts(table)
+    order = sorted(range(len(parts)), key=lambda k: parts[k].start - parts[k].stop)
+    p.torque_part = records_to_device(
+        structs.TorquePart, device,
+        first=[parts[k].start for k in order], end=[parts[k].stop for k in order], place=order,
+    )  # fmt: skip
+    of_part = [joints[part.start] for part in parts]
+    p.torque_part_start = to_device(np.searchsorted(of_part, np.arange(len(names.bodies) + 1)), int, device)
+
+
+def torque_parts(table: PathTable) -> list[range]:
+    """Crossings whose torques are added up together, by joint; none unless very many muscles cross some joint."""
+    numbers = np.unique([crossing.joint for crossing in table.crossings], return_index=True)[1].tolist()
+    of_joint = list(pairwise([*numbers, len(table.crossings)]))
+    if all(end - first <= MANY_CROSSINGS for first, end in of_joint):
+        return []
+    parts = []
+    for first, end in of_joint:
+        count = -(-(end - first) // PART)
+        bounds = [first + (end - first) * k // count for k in range(count + 1)]
+        parts += [range(*ends) for ends in pairwise(bounds)]
+    return parts
 
 
 def _put_pulleys(p: structs.Paths, table: PathTable, device: Any) -> None:

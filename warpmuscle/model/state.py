@@ -12,6 +12,7 @@ from warpmuscle.kernels import structs
 from warpmuscle.model.controllers.table import controller_state
 from warpmuscle.model.muscles import ActuationMap, muscle_state, shared_joints
 from warpmuscle.model.objective import term_arrays
+from warpmuscle.model.paths import torque_parts
 from warpmuscle.model.structure import Structure
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import greatest
@@ -57,7 +58,7 @@ def state_struct(
     sharing_bodies = len(names.bodies) if shared_joints(scene, names, actuation) > 0 else 0
     s.muscles = muscle_state(
         n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies,
-        len(names.bodies) if apart else 0,
+        len(names.bodies) if apart else 0, len(torque_parts(table)),
     )  # fmt: skip
     return s
 

@@ -48,12 +48,13 @@ class MuscleKind(NamedTuple):
     paths: PathKind = PathKind()
     delayed: bool = True  # some muscles hear their excitation late
     shared: int = 0  # torques are shared out, see `sharing.py`: driven joints that a muscle crosses at most
+    parts: int = 0  # that joints' torques are added up in, see `torque_parts.py`; 0: not in parts
     apart: bool = False  # a kernel of their own finds paths before each step, see `path_kernels.py`
 
     @property
     def may_be_in_scratch(self) -> bool:
-        """Whether nothing wants to know moment arms later: some laws do, of the step before, and damping."""
-        return not self.law.past_arms and not self.implicit
+        """Whether nothing wants to know moment arms later: some laws do, of the step before, damping, and parts."""
+        return not self.law.past_arms and not self.implicit and self.parts == 0
 
     @property
     def may_be_apart(self) -> bool:

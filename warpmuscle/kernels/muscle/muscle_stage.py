@@ -14,6 +14,7 @@ from warpmuscle.kernels.force.actuation import (
     pulled_torque,
 )
 from warpmuscle.kernels.force.springs import ANY_SPRINGS, SPRINGS
+from warpmuscle.kernels.force.torque_parts import parts_stage, torque_of_parts
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.memory.turns import in_turn, next_turn
 from warpmuscle.kernels.muscle.cables import terms_of_muscles
@@ -54,7 +55,9 @@ def muscle_stage_of(
     prepare_all = preparation_of(kind, controller)
     pull_all = every_muscle_of(kind, one_muscle_of(kind, terms, recorded, controller), controller, lanes_in_warp)
     springs = ANY_SPRINGS if kind.coordinate_joints else SPRINGS
-    actuation_stage = actuation_stage_of(pulled_torque if kind.pulls_in_scratch else muscle_torque, springs, kind.mixed)
+    in_parts, torque = kind.parts > 0, pulled_torque if kind.pulls_in_scratch else muscle_torque
+    add_parts = parts_stage if in_parts else None
+    actuation_stage = actuation_stage_of(torque_of_parts if in_parts else torque, springs, kind.mixed)
     implicit, implicit_damping_stage = kind.implicit, implicit_damping_stage_of(springs) if kind.implicit else None
     queued, extension_struct = kind.long_paths and lanes_in_warp > 0, controller.extension
     begin_turns = next_turn if queued else None
@@ -69,6 +72,8 @@ def muscle_stage_of(
         prepare_all(instance, lane, lanes, model, state, work)
         pull_all(instance, lane, lanes, frame, model, state, record, work, extension)
         synchronize()
+        if wp.static(in_parts):
+            add_parts(instance, lane, lanes, model, state)
         actuation_stage(instance, lane, lanes, model, state, work)
         if wp.static(implicit):
             implicit_damping_stage(instance, lane, lanes, model, state, work)
