@@ -25,13 +25,29 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import along_coordinate
-from warpmuscle.kernels.body.follower import along_driver, driver_of
-from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
-from warpmuscle.kernels.structs import UNIVERSAL, ModelRef, Paths, ScratchRef, StateRef, at, nonnegative, not_unrolled
+from warpmuscle.kernels.muscle_structs import (
+    BY_COORDINATE,
+    END_BEYOND,
+    FIRST_OF_CROSSING,
+    LAST_OF_CROSSING,
+    LAST_OF_SEGMENT,
+    START_BEYOND,
+)
+from warpmuscle.kernels.structs import (
+    UNIVERSAL,
+    Contribution,
+    ModelRef,
+    Paths,
+    ScratchRef,
+    StateRef,
+    at,
+    nonnegative,
+    not_unrolled,
+)
 
 SHORTEST = 1.0e-9  # m, of a segment that has a direction
 
@@ -207,6 +223,22 @@ def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     synchronize()
 
 
+@func
+def give(
+    total: wp.ref[PathState], own: Contribution, joint: int, r: wp.vec3, model: ModelRef, work: ScratchRef,
+    arm: wp.array[wp.vec3],
+):  # fmt: skip
+    """Add a moment arm to that of a crossing, what it means for the speed, and in the end what the joint wants."""
+    crossing = nonnegative(own.crossing)
+    total.speed += wp.dot(r, work.joint_velocity[joint])
+    whole = r
+    if own.marks & FIRST_OF_CROSSING == 0:
+        whole += arm[crossing]
+    arm[crossing] = whole
+    if own.marks & LAST_OF_CROSSING != 0:
+        total.wanted += counted(wanted_force(work.torque[joint], whole), model.muscles.negative)
+
+
 @cache
 def segments_stretch_of(
     conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
@@ -227,8 +259,6 @@ def segments_stretch_of(
     the torque F r on the joint's parent and -F r on its child.
     """
 
-    followed, to_driver = (driver_of, along_driver) if followers else (None, None)
-
     @wp.func
     def muscle_stretch(
         instance: int, muscle: int, model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3]
@@ -246,35 +276,46 @@ def segments_stretch_of(
             direction = d * (1.0 / wp.max(length, SHORTEST))
             weight = Weight()
             weight.value = 1.0
+            gathered = wp.vec3(0.0)  # of a crossing, by joints that turn about an axis ...
+            effort = wp.float32(0.0)  # ... and by those of one coordinate
+            slope = wp.vec3(0.0)
             for k in range(segment.first_contribution, segment.end_contribution):
                 own = paths.contribution[nonnegative(k)]
                 joint = nonnegative(own.joint)
-                crossing = nonnegative(own.crossing)
+                sign = float((own.marks & END_BEYOND) - ((own.marks & START_BEYOND) >> 1))
                 center = offset_between(joint, segment.origin, work)
-                r = segment_moment_arm(a, center, direction) * float(own.sign)
+                r = segment_moment_arm(a, center, direction) * sign
                 if wp.static(wrench):
                     if wp.static(conditions) and segment.varies != 0:
                         weight = segment_weight(instance, i, 0, model, state, paths, work)
-                    pull = direction * (float(own.sign) * weight.value)
+                    pull = direction * (sign * weight.value)
                     arm[joint] = arm[joint] + r * weight.value
                     arm[model.body_count + joint] = arm[model.body_count + joint] + pull
+                elif wp.static(followers):
+                    if own.marks & BY_COORDINATE != 0:
+                        effort += effort_on(joint, r, direction * sign, work)
+                    else:
+                        gathered += r
+                    if wp.static(conditions) and segment.varies != 0:
+                        weight = segment_weight(instance, i, joint, model, state, paths, work)
+                        slope += weight.gradient * length
+                    if own.marks & LAST_OF_SEGMENT != 0:
+                        driver = nonnegative(own.driver)
+                        if own.marks & BY_COORDINATE != 0:
+                            gathered += coordinate_axis(instance, driver, model, work) * effort
+                        if wp.static(conditions) and segment.varies != 0:
+                            gathered = gathered * weight.value + slope
+                        give(total, own, driver, gathered, model, work, arm)
+                        gathered = wp.vec3(0.0)
+                        effort = 0.0
+                        slope = wp.vec3(0.0)
                 else:
-                    if wp.static(followers):
-                        if has_motion(model.skeleton.plan[joint].joint_type):
-                            r = to_driver(instance, joint, r, direction * float(own.sign), model, work)
-                    elif wp.static(coordinate_joints) and has_motion(model.skeleton.plan[joint].joint_type):
-                        r = along_coordinate(instance, joint, r, direction * float(own.sign), model, work)
+                    if wp.static(coordinate_joints) and own.marks & BY_COORDINATE != 0:
+                        r = along_coordinate(instance, joint, r, direction * sign, model, work)
                     if wp.static(conditions) and segment.varies != 0:
                         weight = segment_weight(instance, i, joint, model, state, paths, work)
                         r = r * weight.value + weight.gradient * length
-                    if wp.static(followers):
-                        joint = followed(joint, model)
-                    total.speed += wp.dot(r, work.joint_velocity[joint])
-                    if own.first == 0:
-                        r += arm[crossing]
-                    arm[crossing] = r
-                    if own.last != 0:
-                        total.wanted += counted(wanted_force(work.torque[joint], r), model.muscles.negative)
+                    give(total, own, joint, r, model, work, arm)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, 0, model, state, paths, work)
             total.moving += length * weight.value
