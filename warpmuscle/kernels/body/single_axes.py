@@ -71,13 +71,19 @@ def leave_single_of(constrained: bool) -> Any:
 
 
 @cache
-def reduce_single_of(hybrid: bool, constrained: bool = False, several_warps: bool = False) -> Any:
-    """`followed_reduction.reduce_followed_of` where no joint has more than one axis."""
-    followed, leave_single = followed_of(hybrid), leave_single_of(constrained)
+def reduce_single_of(
+    hybrid: bool, constrained: bool = False, several_warps: bool = False, look_ahead: Any = None
+) -> Any:
+    """`followed_reduction.reduce_followed_of` where no joint has more than one axis.
+
+    Args:
+        look_ahead: what helpers that find nothing to do do for a body of the next level, see `look_ahead.py`.
+    """
+    followed, leave_single, looks = followed_of(hybrid), leave_single_of(constrained), look_ahead is not None
 
     @func
     def reduce_single(
-        instance: int, body: int, helper: int, helpers: int, model: ModelRef, work: ScratchRef
+        instance: int, body: int, helper: int, helpers: int, later: int, model: ModelRef, work: ScratchRef
     ):  # fmt: skip
         skeleton = model.skeleton
         kind = skeleton.plan[body].joint_type
@@ -90,7 +96,13 @@ def reduce_single_of(hybrid: bool, constrained: bool = False, several_warps: boo
         j = SingleJoint()
         r = wp.vec3(0.0)
         drift = wp.vec3(0.0)
-        if helper < helpers:
+        leaver = wp.int32(0)
+        last = helpers - 1
+        if wp.static(several_warps):
+            unknowns = model.couplings.entry_start[body + 1] - model.couplings.entry_start[body]
+            leaver = wp.min(last, unknowns)
+            last = wp.min(last, leaver)
+        if helper <= last:
             x = with_children(body, skeleton, work)
             parent = nonnegative(skeleton.plan[body].parent)
             r = work.position[body] - work.position[parent]
@@ -116,12 +128,13 @@ def reduce_single_of(hybrid: bool, constrained: bool = False, several_warps: boo
                     j.d = 1.0 / (own_inertia + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
                     effort = -wp.dot(axis, work.torque[body])
                     j.q = (effort - wp.dot(j.turning, x.n) - wp.dot(j.moving, x.f)) * j.d
+        elif wp.static(looks):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if later >= 0:
+                look_ahead(instance, later, model, work)
         synchronize()
         sharing = helpers
-        leaver = wp.int32(0)
         if wp.static(several_warps):
-            sharing = wp.max(helpers - 1, 1)
-            leaver = helpers - 1
+            sharing = wp.max(leaver, 1)
         if helper < sharing:
             leave_single(body, helper, sharing, own, r, drift, x, j, model, work)
         if helper == leaver:

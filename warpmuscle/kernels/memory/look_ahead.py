@@ -1,0 +1,122 @@
+"""What lanes without a body fetch meanwhile: of a body that comes next, all that is in a GPU's main memory.
+
+In a pass over a tree few lanes have a body at a time, and all others wait for them. What these lanes fetch is in the
+first cache when it is read. One number of a vector is enough, since those of neighbouring instances fill the lines of
+all of it; of a matrix two are.
+"""
+
+from functools import cache
+from typing import Any, NamedTuple
+
+import warp as wp
+
+from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.scratch import ALL, LEANER
+from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, component, nonnegative
+
+
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+asm volatile("" :: "f"(x));
+#endif
+"""
+)
+def fetched(x: float): ...  # a number that a GPU has to fetch, though nothing is done with it
+
+
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+asm volatile("" :: "r"(x));
+#endif
+"""
+)
+def fetched_integer(x: int): ...
+
+
+@func
+def matrix_fetched(a: wp.array[wp.mat33], i: int):
+    """A matrix, of all neighbouring instances."""
+    m = a[i]
+    fetched(m[0, 0])
+    fetched(m[1, 1])
+
+
+@func
+def later_body(level: int, lane: int, model: ModelRef) -> int:
+    """The body of the next level that a lane without one of this level may look at; 0: none."""
+    later = model.level_start[level] + lane
+    if level + 1 == model.level_count or later < model.level_start[level + 1] or later >= model.level_start[level + 2]:
+        return 0
+    return later
+
+
+class LookAhead(NamedTuple):
+    """Warp functions (instance, body, model, work) that fetch what a pass reads of a body besides others' results."""
+
+    place: Any  # `kinematics.place_body`
+    reduce: Any  # `followed_reduction.reduce_followed_of`
+    accelerate: Any  # `followed.accelerate_followed_of`
+
+
+@cache
+def look_ahead_of(main: int) -> LookAhead:
+    """The functions where so much is in main memory, see `scratch.NEAR`."""
+    leaner, whole = main >= LEANER, main >= ALL
+
+    @func
+    def coordinate(body: int, model: ModelRef, work: ScratchRef):
+        fetched_integer(model.skeleton.plan[body].parent)
+        fetched(component(work.coordinate_turning, body, 0))
+        fetched(component(work.coordinate_moving, body, 0))
+        fetched(component(work.coordinate_drift, body, 0))
+
+    @func
+    def place(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        coordinate(body, model, work)
+        fetched(component(work.coordinate_state, body, 0))
+        if wp.static(leaner):
+            fetched(work.turned[body][0])
+            fetched(component(work.anchor, body, 0))
+            fetched(component(work.rate, body, 0))
+            fetched(component(work.gain, body, 0))
+            fetched(component(work.parent_rate, body, 0))
+            fetched(component(work.parent_gain, body, 0))
+        if wp.static(whole):
+            fetched(component(work.coordinate_turning_drift, body, 0))
+
+    @func
+    def reduce(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        coordinate(body, model, work)
+        fetched_integer(model.couplings.joint[body].row)
+        fetched_integer(model.couplings.entry_start[body])
+        fetched(at(model.skeleton.row, instance, body).axis_a[0])
+        fetched(component(work.bias_force, body, 0))
+        if wp.static(leaner):
+            fetched(component(work.bias_moment, body, 0))
+            fetched(work.block_a[body][0])
+            fetched(work.block_c[body][0])
+            matrix_fetched(work.block_b, body)
+        if wp.static(whole):
+            parent = nonnegative(model.skeleton.plan[body].parent)
+            fetched(component(work.position, parent, 0))
+            fetched(component(work.angular_velocity, parent, 0))
+            fetched(component(work.position, body, 0))
+            fetched(component(work.bias, body, 0))
+            fetched(component(work.torque, body, 0))
+            fetched(work.stiffness[body][0])
+            matrix_fetched(work.rotation, body)
+
+    @func
+    def accelerate(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        coordinate(body, model, work)
+        fetched_integer(model.couplings.joint[body].row)
+        matrix_fetched(work.factor_a, body)
+        if wp.static(whole):
+            fetched(at(model.skeleton.row, instance, body).axis_a[0])
+            fetched(component(work.position, body, 0))
+            fetched(component(work.bias, body, 0))
+            matrix_fetched(work.rotation, body)
+
+    return LookAhead(place, reduce, accelerate)
