@@ -12,7 +12,16 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import ALL, LEANER
-from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, component, nonnegative
+from warpmuscle.kernels.structs import (
+    CurveRow,
+    ModelRef,
+    MuscleRow,
+    ScratchRef,
+    StateRef,
+    at,
+    component,
+    nonnegative,
+)
 
 
 @wp.func_native(
@@ -41,6 +50,59 @@ def matrix_fetched(a: wp.array[wp.mat33], i: int):
     m = a[i]
     fetched(m[0, 0])
     fetched(m[1, 1])
+
+
+@wp.func_native(
+    snippet="""
+#if defined(__CUDA_ARCH__)
+asm volatile("prefetch.global.L1 [%0];" :: "l"(wp::address(a, i, j)));
+#endif
+"""
+)
+def number_ahead(a: wp.array2d[float], i: int, j: int): ...  # a GPU fetches it without waiting for it
+
+
+ROW_AHEAD = """
+#if defined(__CUDA_ARCH__)
+const unsigned part = 32u * (threadIdx.x % 32u);
+if (part < sizeof(*a.data))
+    asm volatile("prefetch.global.L1 [%0];" :: "l"(reinterpret_cast<const char*>(wp::address(a, i, j)) + part));
+#endif
+"""
+
+
+def row_ahead_of(struct: Any) -> Any:
+    """The Warp function that lets a GPU fetch a row of structures, of which each lane of a warp asks for a part."""
+
+    @wp.func_native(snippet=ROW_AHEAD)
+    def row_ahead(a: wp.array2d[struct], i: int, j: int): ...
+
+    return row_ahead
+
+
+muscle_row_ahead, curve_row_ahead = row_ahead_of(MuscleRow), row_ahead_of(CurveRow)
+
+
+@cache
+def muscle_ahead_of(shaped: bool) -> Any:
+    """The Warp function that asks for what a muscle needs after its path, which takes long: its numbers and its state.
+
+    Args:
+        shaped: whether muscles have curves of their own.
+    """
+
+    @func
+    def muscle_ahead(instance: int, m: int, model: ModelRef, state: StateRef):
+        rows = model.muscles.row
+        muscle_row_ahead(rows, nonnegative(wp.min(instance, rows.shape[0] - 1)), m)
+        if wp.static(shaped):
+            curve_row_ahead(model.muscles.shape, nonnegative(wp.min(instance, model.muscles.shape.shape[0] - 1)), m)
+        number_ahead(state.muscles.activation, instance, m)
+        number_ahead(state.muscles.fibre_length, instance, m)
+        number_ahead(state.muscles.previous_fibre_length, instance, m)
+        number_ahead(state.muscles.force, instance, m)
+
+    return muscle_ahead
 
 
 @func
