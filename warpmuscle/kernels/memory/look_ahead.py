@@ -13,11 +13,21 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import ALL, LEANER
 from warpmuscle.kernels.structs import (
+    Contribution,
+    Crossing,
     CurveRow,
+    Lever,
     ModelRef,
     MuscleRow,
+    PathSpan,
+    RoutePoint,
+    RouteSpan,
+    RouteWrap,
     ScratchRef,
+    Segment,
+    SegmentEnds,
     StateRef,
+    WrapRow,
     at,
     component,
     nonnegative,
@@ -82,6 +92,66 @@ def row_ahead_of(struct: Any) -> Any:
 
 muscle_row_ahead, curve_row_ahead = row_ahead_of(MuscleRow), row_ahead_of(CurveRow)
 
+RANGE_AHEAD = """
+#if defined(__CUDA_ARCH__)
+const size_t start = size_t(first) * sizeof(*a.data) / 32u * 32u + 32u * (threadIdx.x % 32u);
+if (start < size_t(end) * sizeof(*a.data))
+    asm volatile("prefetch.global.L1 [%0];" :: "l"(reinterpret_cast<const char*>({data}) + start));
+#endif
+"""
+
+
+def range_ahead_of(struct: Any) -> Any:
+    """The Warp function (list, first, end) that lets a GPU fetch part of a list, each lane of a warp some of it.
+
+    Lanes whose parts differ fetch only some of theirs.
+    """
+
+    @wp.func_native(snippet=RANGE_AHEAD.format(data="a.data"))
+    def range_ahead(a: wp.array[struct], first: int, end: int): ...
+
+    return range_ahead
+
+
+def range_in_row_ahead_of(struct: Any) -> Any:
+    """The same (table, instance, first, end) of an instance's row of a table."""
+
+    @wp.func_native(snippet=RANGE_AHEAD.format(data="wp::address(a, i, 0)"))
+    def range_in_row_ahead(a: wp.array2d[struct], i: int, first: int, end: int): ...
+
+    @func
+    def range_ahead(a: wp.array2d[struct], instance: int, first: int, end: int):
+        range_in_row_ahead(a, nonnegative(wp.min(instance, a.shape[0] - 1)), first, end)
+
+    return range_ahead
+
+
+segments_ahead, ends_ahead = range_ahead_of(Segment), range_in_row_ahead_of(SegmentEnds)
+contributions_ahead, crossings_ahead = range_ahead_of(Contribution), range_ahead_of(Crossing)
+points_ahead, places_ahead = range_ahead_of(RoutePoint), range_in_row_ahead_of(wp.vec3)
+wraps_ahead, wrap_rows_ahead = range_ahead_of(RouteWrap), range_in_row_ahead_of(WrapRow)
+levers_ahead = range_ahead_of(Lever)
+
+
+@func
+def segments_of_path_ahead(instance: int, span: PathSpan, model: ModelRef):
+    """What is known of the segments of a path."""
+    segments_ahead(model.paths.segment, span.first_segment, span.end_segment)
+    ends_ahead(model.paths.ends, instance, span.first_segment, span.end_segment)
+
+
+@func
+def route_ahead(instance: int, muscle: int, span: RouteSpan, model: ModelRef):
+    """What is known of a route."""
+    points_ahead(model.routes.point, span.first_point, span.end_point)
+    places_ahead(model.routes.place, instance, span.first_point, span.end_point)
+    levers_ahead(model.routes.lever, span.first_lever, span.end_lever)
+    own = model.paths.span[muscle]
+    crossings_ahead(model.paths.of_muscle, own.first_crossing, own.end_crossing)
+    if span.end_wrap > span.first_wrap:
+        wraps_ahead(model.routes.wrap, span.first_wrap, span.end_wrap)
+        wrap_rows_ahead(model.routes.wrap_row, instance, span.first_wrap, span.end_wrap)
+
 
 @cache
 def muscle_ahead_of(shaped: bool) -> Any:
@@ -112,6 +182,9 @@ def later_body(level: int, lane: int, model: ModelRef) -> int:
     if level + 1 == model.level_count or later < model.level_start[level + 1] or later >= model.level_start[level + 2]:
         return 0
     return later
+
+
+PATHS_AHEAD = True  # whether a GPU fetches early what is known of a path
 
 
 class LookAhead(NamedTuple):

@@ -27,6 +27,8 @@ import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory import look_ahead
+from warpmuscle.kernels.memory.look_ahead import contributions_ahead, segments_of_path_ahead
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
 from warpmuscle.kernels.muscle_structs import (
@@ -258,6 +260,7 @@ def segments_stretch_of(
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
     """
+    looks = followers and look_ahead.PATHS_AHEAD
 
     @wp.func
     def muscle_stretch(
@@ -267,8 +270,12 @@ def segments_stretch_of(
         total = PathState()
         total.fixed = at(paths.fixed_length, instance, muscle)
         span = paths.span[muscle]
+        if wp.static(looks):
+            segments_of_path_ahead(instance, span, model)
         for i in range(span.first_segment, span.end_segment):
             segment = paths.segment[nonnegative(i)]
+            if wp.static(looks):
+                contributions_ahead(paths.contribution, segment.first_contribution, segment.end_contribution)
             ends = at(paths.ends, instance, i)
             a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
             d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a

@@ -15,6 +15,8 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory import look_ahead
+from warpmuscle.kernels.memory.look_ahead import route_ahead
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bend import bend_of
@@ -185,7 +187,7 @@ def route_stretch_of(
     give_arms = give_arms_of(kind, levers, coordinate_joints or followers, followers)
     if wrench:
         give_arms = give_wrenches_of(kind, levers)
-    kept, room = kind.places > 0, max(kind.places, 1)
+    kept, room, looks = kind.places > 0, max(kind.places, 1), look_ahead.PATHS_AHEAD
     placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions).find
 
     @wp.func(inline=True)
@@ -194,6 +196,8 @@ def route_stretch_of(
     ) -> PathState:
         span = model.routes.span[muscle]
         own = model.paths.span[muscle]
+        if wp.static(looks):
+            route_ahead(instance, muscle, span, model)
         bends = bends_struct()
         placed = placed_struct()
         pulls = pulls_struct()
