@@ -45,6 +45,7 @@ from warpmuscle.kernels.structs import (
     ModelRef,
     Paths,
     ScratchRef,
+    Segment,
     StateRef,
     at,
     nonnegative,
@@ -241,6 +242,107 @@ def give(
         total.wanted += counted(wanted_force(work.torque[joint], whole), model.muscles.negative)
 
 
+@func
+def sign_of(own: Contribution) -> float:
+    """1 where a segment ends beyond the joint, -1 where it starts there, else 0."""
+    return float((own.marks & END_BEYOND) - ((own.marks & START_BEYOND) >> 1))
+
+
+@cache
+def add_wrenches_of(conditions: bool) -> Any:
+    """`add_arms_of` where lines of action are asked for, see `segments_stretch_of`."""
+
+    @wp.func(inline=True)
+    def add_wrenches(
+        instance: int, i: int, segment: Segment, a: wp.vec3, direction: wp.vec3, length: float,
+        total: wp.ref[PathState], model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        weight = Weight()
+        weight.value = 1.0
+        if wp.static(conditions) and segment.varies != 0:
+            weight = segment_weight(instance, i, 0, model, state, model.paths, work)
+        for k in range(segment.first_contribution, segment.end_contribution):
+            own = model.paths.contribution[nonnegative(k)]
+            joint = nonnegative(own.joint)
+            sign = sign_of(own)
+            r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
+            pull = direction * (sign * weight.value)
+            arm[joint] = arm[joint] + r * weight.value
+            arm[model.body_count + joint] = arm[model.body_count + joint] + pull
+
+    return add_wrenches
+
+
+@cache
+def add_followers_arms_of(conditions: bool) -> Any:
+    """`add_arms_of` where some joints follow others: what a segment does to those of one crossing is one moment arm."""
+
+    @wp.func(inline=True)
+    def add_arms(
+        instance: int, i: int, segment: Segment, a: wp.vec3, direction: wp.vec3, length: float,
+        total: wp.ref[PathState], model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        paths = model.paths
+        weight = Weight()
+        weight.value = 1.0
+        gathered = wp.vec3(0.0)  # by joints that turn about an axis ...
+        effort = wp.float32(0.0)  # ... and by those of one coordinate
+        slope = wp.vec3(0.0)
+        for k in range(segment.first_contribution, segment.end_contribution):
+            own = paths.contribution[nonnegative(k)]
+            joint = nonnegative(own.joint)
+            sign = sign_of(own)
+            r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
+            if own.marks & BY_COORDINATE != 0:
+                effort += effort_on(joint, r, direction * sign, work)
+            else:
+                gathered += r
+            if wp.static(conditions) and segment.varies != 0:
+                weight = segment_weight(instance, i, joint, model, state, paths, work)
+                slope += weight.gradient * length
+            if own.marks & LAST_OF_SEGMENT != 0:
+                driver = nonnegative(own.driver)
+                if own.marks & BY_COORDINATE != 0:
+                    gathered += coordinate_axis(instance, driver, model, work) * effort
+                if wp.static(conditions) and segment.varies != 0:
+                    gathered = gathered * weight.value + slope
+                give(total, own, driver, gathered, model, work, arm)
+                gathered = wp.vec3(0.0)
+                effort = 0.0
+                slope = wp.vec3(0.0)
+
+    return add_arms
+
+
+@cache
+def add_arms_of(conditions: bool, coordinate_joints: bool) -> Any:
+    """The Warp function that adds to moment arms, and to the speed, what a segment from `a` contributes to them.
+
+    Args:
+        conditions, coordinate_joints: see `segments_stretch_of`.
+    """
+
+    @wp.func(inline=True)
+    def add_arms(
+        instance: int, i: int, segment: Segment, a: wp.vec3, direction: wp.vec3, length: float,
+        total: wp.ref[PathState], model: ModelRef, state: StateRef, work: ScratchRef, arm: wp.array[wp.vec3],
+    ):  # fmt: skip
+        paths = model.paths
+        for k in range(segment.first_contribution, segment.end_contribution):
+            own = paths.contribution[nonnegative(k)]
+            joint = nonnegative(own.joint)
+            sign = sign_of(own)
+            r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
+            if wp.static(coordinate_joints) and own.marks & BY_COORDINATE != 0:
+                r = along_coordinate(instance, joint, r, direction * sign, model, work)
+            if wp.static(conditions) and segment.varies != 0:
+                weight = segment_weight(instance, i, joint, model, state, paths, work)
+                r = r * weight.value + weight.gradient * length
+            give(total, own, joint, r, model, work, arm)
+
+    return add_arms
+
+
 @cache
 def segments_stretch_of(
     conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
@@ -261,6 +363,9 @@ def segments_stretch_of(
     the torque F r on the joint's parent and -F r on its child.
     """
     looks = followers and look_ahead.PATHS_AHEAD
+    add = add_followers_arms_of(conditions) if followers else add_arms_of(conditions, coordinate_joints)
+    if wrench:
+        add = add_wrenches_of(conditions)
 
     @wp.func
     def muscle_stretch(
@@ -281,48 +386,9 @@ def segments_stretch_of(
             d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
             length = wp.length(d)
             direction = d * (1.0 / wp.max(length, SHORTEST))
+            add(instance, i, segment, a, direction, length, total, model, state, work, arm)
             weight = Weight()
             weight.value = 1.0
-            gathered = wp.vec3(0.0)  # of a crossing, by joints that turn about an axis ...
-            effort = wp.float32(0.0)  # ... and by those of one coordinate
-            slope = wp.vec3(0.0)
-            for k in range(segment.first_contribution, segment.end_contribution):
-                own = paths.contribution[nonnegative(k)]
-                joint = nonnegative(own.joint)
-                sign = float((own.marks & END_BEYOND) - ((own.marks & START_BEYOND) >> 1))
-                center = offset_between(joint, segment.origin, work)
-                r = segment_moment_arm(a, center, direction) * sign
-                if wp.static(wrench):
-                    if wp.static(conditions) and segment.varies != 0:
-                        weight = segment_weight(instance, i, 0, model, state, paths, work)
-                    pull = direction * (sign * weight.value)
-                    arm[joint] = arm[joint] + r * weight.value
-                    arm[model.body_count + joint] = arm[model.body_count + joint] + pull
-                elif wp.static(followers):
-                    if own.marks & BY_COORDINATE != 0:
-                        effort += effort_on(joint, r, direction * sign, work)
-                    else:
-                        gathered += r
-                    if wp.static(conditions) and segment.varies != 0:
-                        weight = segment_weight(instance, i, joint, model, state, paths, work)
-                        slope += weight.gradient * length
-                    if own.marks & LAST_OF_SEGMENT != 0:
-                        driver = nonnegative(own.driver)
-                        if own.marks & BY_COORDINATE != 0:
-                            gathered += coordinate_axis(instance, driver, model, work) * effort
-                        if wp.static(conditions) and segment.varies != 0:
-                            gathered = gathered * weight.value + slope
-                        give(total, own, driver, gathered, model, work, arm)
-                        gathered = wp.vec3(0.0)
-                        effort = 0.0
-                        slope = wp.vec3(0.0)
-                else:
-                    if wp.static(coordinate_joints) and own.marks & BY_COORDINATE != 0:
-                        r = along_coordinate(instance, joint, r, direction * sign, model, work)
-                    if wp.static(conditions) and segment.varies != 0:
-                        weight = segment_weight(instance, i, joint, model, state, paths, work)
-                        r = r * weight.value + weight.gradient * length
-                    give(total, own, joint, r, model, work, arm)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, 0, model, state, paths, work)
             total.moving += length * weight.value
