@@ -102,13 +102,8 @@ close_root = close_root_of(False)
 
 
 @cache
-def equations_of(hybrid: bool, constrained: bool = False, single: bool = False) -> Any:
-    """The Warp function that sums up D and forces - v, an element a lane, in the order of bodies.
-
-    Args:
-        constrained: whether there are constraints, whose rows come last and have what is wanted in place of forces.
-        single: whether no joint has more than one axis.
-    """
+def element_of(hybrid: bool, single: bool) -> Any:
+    """The Warp function of an element of D. single: whether no joint has more than one axis."""
     followed = followed_of(hybrid)
 
     @func
@@ -117,24 +112,6 @@ def equations_of(hybrid: bool, constrained: bool = False, single: bool = False) 
             return component(work.followed_along, mine, 0) * component(work.followed_response, other, 0)
         else:
             return wp.dot(work.followed_along[mine], work.followed_response[other])
-
-    @func
-    def free_unknown(k: int, driver: int, model: ModelRef) -> bool:
-        free = followed(driver, model) >= 0
-        if wp.static(constrained):
-            free = free or k >= model.constraints.first
-        return free
-
-    @func
-    def right_side(instance: int, k: int, driver: int, model: ModelRef, work: ScratchRef) -> float:
-        right = -work.followed_bias[k]
-        couplings = model.couplings
-        for place in range(couplings.acted_start[k], couplings.acted_start[k + 1]):
-            right -= work.followed_bias[entry_of(couplings.acted[place], k, model)]
-        if wp.static(constrained):  # noqa: SIM102, with `and` it would be compiled in all the same
-            if k >= model.constraints.first:
-                return right - work.push_wanted[k - model.constraints.first]
-        return right - wp.dot(coordinate_axis(instance, driver, model, work), work.torque[driver])
 
     @func
     def element(k: int, l: int, model: ModelRef, work: ScratchRef) -> float:  # noqa: E741
@@ -154,6 +131,37 @@ def equations_of(hybrid: bool, constrained: bool = False, single: bool = False) 
                 elif own == l:
                     d += component(work.followed_along, mine, 0)
         return d
+
+    return element
+
+
+@cache
+def equations_of(hybrid: bool, constrained: bool = False, single: bool = False) -> Any:
+    """The Warp function that sums up D and forces - v, an element a lane, in the order of bodies.
+
+    Args:
+        constrained: whether there are constraints, whose rows come last and have what is wanted in place of forces.
+        single: whether no joint has more than one axis.
+    """
+    followed, element = followed_of(hybrid), element_of(hybrid, single)
+
+    @func
+    def free_unknown(k: int, driver: int, model: ModelRef) -> bool:
+        free = followed(driver, model) >= 0
+        if wp.static(constrained):
+            free = free or k >= model.constraints.first
+        return free
+
+    @func
+    def right_side(instance: int, k: int, driver: int, model: ModelRef, work: ScratchRef) -> float:
+        right = -work.followed_bias[k]
+        couplings = model.couplings
+        for place in range(couplings.acted_start[k], couplings.acted_start[k + 1]):
+            right -= work.followed_bias[entry_of(couplings.acted[place], k, model)]
+        if wp.static(constrained):  # noqa: SIM102, with `and` it would be compiled in all the same
+            if k >= model.constraints.first:
+                return right - work.push_wanted[k - model.constraints.first]
+        return right - wp.dot(coordinate_axis(instance, driver, model, work), work.torque[driver])
 
     @func
     def equations(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
