@@ -31,6 +31,7 @@ from warpmuscle.kernels.body.coordinate_joint import accelerate_any, accelerate_
 from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_children
 from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.motion import prescribed_root
+from warpmuscle.kernels.body.single_axes import correct_single_of
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
@@ -219,10 +220,6 @@ def solve_followed(lane: int, lanes: int, count: int, work: ScratchRef):
             work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
 
 
-@wp.func_native(snippet="wp::address(factors, body)->data[0][2] -= less;")
-def lessen_acceleration(factors: wp.array[wp.mat33], body: int, less: float): ...  # of a joint of one axis
-
-
 @func
 def move_root(model: ModelRef, work: ScratchRef):
     """Add to the root's acceleration what those of followed coordinates give it."""
@@ -230,26 +227,6 @@ def move_root(model: ModelRef, work: ScratchRef):
         x = work.followed_acceleration[k]
         work.angular_acceleration[0] = work.angular_acceleration[0] + work.followed_along[k] * x
         work.acceleration[0] = work.acceleration[0] + work.followed_response[k] * x
-
-
-@cache
-def correct_single_of(hybrid: bool) -> Any:
-    """The same where no joint has more than one axis."""
-    followed = followed_of(hybrid)
-
-    @func
-    def correct_single(body: int, model: ModelRef, work: ScratchRef):
-        kind = model.skeleton.plan[body].joint_type
-        if wp.static(hybrid):
-            kind = model.motion.remaining[body]
-        if followed(body, model) < 0 and kind != FIXED:
-            less = wp.float32(0.0)
-            for entry in range(model.couplings.entry_start[body], model.couplings.entry_start[body + 1]):
-                x = work.followed_acceleration[model.couplings.entry_unknown[entry]]
-                less += component(work.followed_response, entry, 0) * x
-            lessen_acceleration(work.factor_a, body, less)
-
-    return correct_single
 
 
 @cache

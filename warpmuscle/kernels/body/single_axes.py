@@ -15,7 +15,7 @@ from warpmuscle.kernels.body.followed_reduction import followed_of, gather, gath
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, nonnegative, set_component
+from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, component, nonnegative, set_component
 
 
 @wp.struct
@@ -147,3 +147,27 @@ def reduce_single_of(
                 leave_for_parent(body, r, x.a, x.b, x.c, x.n, x.f, work)
 
     return reduce_single
+
+
+@wp.func_native(snippet="wp::address(factors, body)->data[0][2] -= less;")
+def lessen_acceleration(factors: wp.array[wp.mat33], body: int, less: float): ...  # of a joint of one axis
+
+
+@cache
+def correct_single_of(hybrid: bool) -> Any:
+    """`followed.correct_joint_of` where no joint has more than one axis."""
+    followed = followed_of(hybrid)
+
+    @func
+    def correct_single(body: int, model: ModelRef, work: ScratchRef):
+        kind = model.skeleton.plan[body].joint_type
+        if wp.static(hybrid):
+            kind = model.motion.remaining[body]
+        if followed(body, model) < 0 and kind != FIXED:
+            less = wp.float32(0.0)
+            for entry in range(model.couplings.entry_start[body], model.couplings.entry_start[body + 1]):
+                x = work.followed_acceleration[model.couplings.entry_unknown[entry]]
+                less += component(work.followed_response, entry, 0) * x
+            lessen_acceleration(work.factor_a, body, less)
+
+    return correct_single

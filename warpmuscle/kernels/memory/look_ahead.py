@@ -153,6 +153,16 @@ def route_ahead(instance: int, muscle: int, span: RouteSpan, model: ModelRef):
         wrap_rows_ahead(model.routes.wrap_row, instance, span.first_wrap, span.end_wrap)
 
 
+@func
+def no_route_ahead(instance: int, muscle: int, span: RouteSpan, model: ModelRef):
+    """Nothing of it."""
+
+
+def route_ahead_of() -> Any:
+    """The one of both that is compiled in."""
+    return route_ahead if PATHS_AHEAD else no_route_ahead
+
+
 @cache
 def muscle_ahead_of(shaped: bool) -> Any:
     """The Warp function that asks for what a muscle needs after its path, which takes long: its numbers and its state.
