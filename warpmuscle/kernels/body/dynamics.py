@@ -23,7 +23,6 @@ from warpmuscle.kernels.algebra.spatial import (
     symmetric_times,
 )
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.look_ahead import later_body
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -320,24 +319,18 @@ def backward_pass_of(reduce: Any) -> Any:
 
 
 @cache
-def forward_pass_of(accelerate: Any, look_ahead: Any = None) -> Any:
+def forward_pass_of(accelerate: Any) -> Any:
     """The Warp function of accelerations of all bodies and joints but the root, level by level. It ends with a barrier.
 
     Args:
         accelerate: a Warp function (instance, body, model, work), such as `accelerate_body`.
-        look_ahead: what lanes without a body do meanwhile for one of the next level, see `look_ahead.py`.
     """
-    looks = look_ahead is not None
 
     @func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
             for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 accelerate(instance, body, model, work)
-            if wp.static(looks):
-                later = later_body(level, lane, model)
-                if later > 0:
-                    look_ahead(instance, later, model, work)
             synchronize()
 
     return forward_pass

@@ -204,7 +204,7 @@ def reduce_followed_of(hybrid: bool, constrained: bool = False, several_warps: b
 
     @func
     def reduce_followed(
-        instance: int, body: int, helper: int, helpers: int, later: int, model: ModelRef, work: ScratchRef
+        instance: int, body: int, helper: int, helpers: int, model: ModelRef, work: ScratchRef
     ):  # fmt: skip
         skeleton = model.skeleton
         kind = skeleton.plan[body].joint_type
@@ -298,10 +298,7 @@ def followed_pass_of(reduce: Any, several_warps: bool = False) -> Any:
             while start < end:
                 body = start + lane % width
                 helper = wp.where(body < end, lane // width, helpers)
-                later = first - 1 - (lanes - 1 - lane)  # of the next level, by the last lanes
-                if later < wp.max(model.level_start[level - 1], 1):
-                    later = -1
-                reduce(instance, wp.min(body, end - 1), helper, helpers, later, model, work)
+                reduce(instance, wp.min(body, end - 1), helper, helpers, model, work)
                 start += width
             synchronize()
 

@@ -40,12 +40,10 @@ from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.single_axes import reduce_single_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.look_ahead import LookAhead, look_ahead_of
 from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
 from warpmuscle.kernels.memory.scratch import (
     ALL,
     ENTRIES,
-    LEAN,
     NEAR,
     coordinate_work_at_of,
     followed_work_at_of,
@@ -53,9 +51,6 @@ from warpmuscle.kernels.memory.scratch import (
     work_at,
 )
 from warpmuscle.kernels.structs import FOLLOWER
-
-NO_LOOK = LookAhead(None, None, None)
-LOOK_AHEAD = True  # whether lanes without a body fetch what comes next, where some of it is in main memory
 
 
 class SkeletonKind(NamedTuple):
@@ -124,7 +119,6 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
     prepare = displacements_stage if displaced else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
-    ahead = look_ahead_of(kind.main) if LOOK_AHEAD and several_warps and kind.main >= LEAN else NO_LOOK
     if kind.follows:
         backward, forward = backward_pass_of_clusters, forward_pass_of_clusters
         reduce, reduce_rest, integrate = reduce_any_cluster, reduce_remaining_cluster, integrate_drivers_stage
@@ -136,16 +130,11 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         if kind.main == ALL:
             views = nothing_near
         constrained = kind.constraints > 0
-
-        def reduce_of(rest: bool) -> Any:
-            if kind.single:
-                return reduce_single_of(rest, constrained, several_warps, ahead.reduce)
-            return reduce_followed_of(rest, constrained, several_warps)
-
+        reduce_of = reduce_single_of if kind.single else reduce_followed_of
         acceleration, hybrid = (
             stage_of(
-                followed_pass_of(reduce_of(rest), several_warps),
-                forward_pass_of(accelerate_followed_of(rest), ahead.accelerate),
+                followed_pass_of(reduce_of(rest, constrained, several_warps), several_warps),
+                forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
                 kind.single,
             )
@@ -156,7 +145,7 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
     return JointStages(
         views,
-        kinematics_stage_of(move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare, ahead.place),
+        kinematics_stage_of(move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare),
         prescribe_any,
         inertia_stage,
         acceleration,

@@ -8,7 +8,6 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import rotation_matrix
 from warpmuscle.kernels.body.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.look_ahead import later_body
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -196,15 +195,14 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
 
 
 @cache
-def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, look_ahead: Any = None) -> Any:
+def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
     """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
 
     Args:
         move, place: `move_joint` and `place_body`, or others for more types of joints.
         prepare: a stage that comes before, if any.
-        look_ahead: what lanes without a body do meanwhile for one of the next level, see `look_ahead.py`.
     """
-    prepared, looks = prepare is not None, look_ahead is not None
+    prepared = prepare is not None
 
     @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -221,10 +219,6 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, look_ahead: 
         for level in range(1, model.level_count):
             for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
                 place(skeleton, body, work)
-            if wp.static(looks):
-                later = later_body(level, lane, model)
-                if later > 0:
-                    look_ahead(instance, later, model, work)
             synchronize()
         mass = at(skeleton.total_mass, instance, 0)
         for i in range(lane, model.body_count, lanes):

@@ -71,19 +71,16 @@ def leave_single_of(constrained: bool) -> Any:
 
 
 @cache
-def reduce_single_of(
-    hybrid: bool, constrained: bool = False, several_warps: bool = False, look_ahead: Any = None
-) -> Any:
+def reduce_single_of(hybrid: bool, constrained: bool = False, several_warps: bool = False) -> Any:
     """`followed_reduction.reduce_followed_of` where no joint has more than one axis.
 
-    Args:
-        look_ahead: what helpers that find nothing to do do for a body of the next level, see `look_ahead.py`.
+    Of lanes in several warps, no more help than the body has unknowns.
     """
-    followed, leave_single, looks = followed_of(hybrid), leave_single_of(constrained), look_ahead is not None
+    followed, leave_single = followed_of(hybrid), leave_single_of(constrained)
 
     @func
     def reduce_single(
-        instance: int, body: int, helper: int, helpers: int, later: int, model: ModelRef, work: ScratchRef
+        instance: int, body: int, helper: int, helpers: int, model: ModelRef, work: ScratchRef
     ):  # fmt: skip
         skeleton = model.skeleton
         kind = skeleton.plan[body].joint_type
@@ -101,7 +98,7 @@ def reduce_single_of(
         if wp.static(several_warps):
             unknowns = model.couplings.entry_start[body + 1] - model.couplings.entry_start[body]
             leaver = wp.min(last, unknowns)
-            last = wp.min(last, leaver)
+            last = leaver
         if helper <= last:
             x = with_children(body, skeleton, work)
             parent = nonnegative(skeleton.plan[body].parent)
@@ -128,9 +125,6 @@ def reduce_single_of(
                     j.d = 1.0 / (own_inertia + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
                     effort = -wp.dot(axis, work.torque[body])
                     j.q = (effort - wp.dot(j.turning, x.n) - wp.dot(j.moving, x.f)) * j.d
-        elif wp.static(looks):  # noqa: SIM102, with `and` it would be compiled in all the same
-            if later >= 0:
-                look_ahead(instance, later, model, work)
         synchronize()
         sharing = helpers
         if wp.static(several_warps):

@@ -7,7 +7,6 @@ import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
-from warpmuscle.kernels.curve.shaped_curves import Shaped
 from warpmuscle.kernels.force.actuation import (
     actuation_stage_of,
     implicit_damping_stage_of,
@@ -16,7 +15,6 @@ from warpmuscle.kernels.force.actuation import (
 )
 from warpmuscle.kernels.force.springs import ANY_SPRINGS, SPRINGS
 from warpmuscle.kernels.force.torque_parts import parts_stage, torque_of_parts
-from warpmuscle.kernels.memory.look_ahead import muscle_ahead_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.memory.turns import in_turn, next_turn
 from warpmuscle.kernels.muscle.cables import terms_of_muscles
@@ -37,8 +35,6 @@ from warpmuscle.kernels.objective.term_sums import muscle_terms_of
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.polynomial_path import monomials_stage
 from warpmuscle.kernels.structs import ModelRef, RecordRef, ScratchRef, StateRef, nonnegative
-
-MUSCLES_AHEAD = True  # whether a GPU fetches early what a muscle needs after its path
 
 
 @cache
@@ -157,7 +153,6 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
     """
     queued, ordered, extension_struct = kind.long_paths and lanes_in_warp > 0, kind.long_paths, controller.extension
     take_turn, turn_of = next_turn if queued else None, in_turn if ordered and not queued else None
-    looks, look_ahead = queued and MUSCLES_AHEAD, muscle_ahead_of(isinstance(kind.special_curves, Shaped))
 
     @inlined(kind)
     def every_muscle(
@@ -169,8 +164,6 @@ def every_muscle_of(kind: MuscleKind, one_muscle: Any, controller: ControllerKin
             while first < model.muscles.count:
                 place = first + lane % wp.static(lanes_in_warp)
                 if place < model.muscles.count:
-                    if wp.static(looks):
-                        look_ahead(instance, nonnegative(model.routes.order[place]), model, state)
                     one_muscle(
                         instance, nonnegative(model.routes.order[place]), frame, model, state, record, work, extension
                     )

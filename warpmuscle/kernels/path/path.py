@@ -26,9 +26,8 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on
+from warpmuscle.kernels.body.follower import along_driver
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory import look_ahead
-from warpmuscle.kernels.memory.look_ahead import contributions_ahead, segments_of_path_ahead
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
 from warpmuscle.kernels.muscle_structs import (
@@ -274,8 +273,11 @@ def add_wrenches_of(conditions: bool) -> Any:
 
 
 @cache
-def add_followers_arms_of(conditions: bool) -> Any:
-    """`add_arms_of` where some joints follow others: what a segment does to those of one crossing is one moment arm."""
+def add_gathered_arms_of(conditions: bool) -> Any:
+    """`add_arms_of` where many joints follow one: what a segment does to all of a crossing is added as one moment arm.
+
+    Which takes less time where they are many, and more where they are not.
+    """
 
     @wp.func(inline=True)
     def add_arms(
@@ -315,12 +317,13 @@ def add_followers_arms_of(conditions: bool) -> Any:
 
 
 @cache
-def add_arms_of(conditions: bool, coordinate_joints: bool) -> Any:
+def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool) -> Any:
     """The Warp function that adds to moment arms, and to the speed, what a segment from `a` contributes to them.
 
     Args:
-        conditions, coordinate_joints: see `segments_stretch_of`.
+        conditions, coordinate_joints, followers: see `segments_stretch_of`.
     """
+    along = along_driver if followers else along_coordinate
 
     @wp.func(inline=True)
     def add_arms(
@@ -333,11 +336,13 @@ def add_arms_of(conditions: bool, coordinate_joints: bool) -> Any:
             joint = nonnegative(own.joint)
             sign = sign_of(own)
             r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
-            if wp.static(coordinate_joints) and own.marks & BY_COORDINATE != 0:
-                r = along_coordinate(instance, joint, r, direction * sign, model, work)
+            if wp.static(coordinate_joints or followers) and own.marks & BY_COORDINATE != 0:
+                r = along(instance, joint, r, direction * sign, model, work)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, joint, model, state, paths, work)
                 r = r * weight.value + weight.gradient * length
+            if wp.static(followers):
+                joint = nonnegative(own.driver)
             give(total, own, joint, r, model, work, arm)
 
     return add_arms
@@ -345,8 +350,9 @@ def add_arms_of(conditions: bool, coordinate_joints: bool) -> Any:
 
 @cache
 def segments_stretch_of(
-    conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False
-) -> Any:
+    conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False,
+    gathers: bool = False,
+) -> Any:  # fmt: skip
     """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
     They follow from kinematics and joint velocities in the working set. What its joints want of the muscle follows from
@@ -356,14 +362,14 @@ def segments_stretch_of(
         conditions: whether there are conditional points.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`.
         followers: whether some follow others: `Term.joint` may be one of them, which acts on the one that it follows.
+        gathers: whether some segments act on a crossing by several joints, see `add_gathered_arms_of`.
         wrench: whether its last argument gets lines of action instead, (2 bodies,): at a joint's number the moment of
             a unit of tension about the joint, m, and behind those of all bodies its direction, upon the joint's parent.
 
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
     """
-    looks = followers and look_ahead.PATHS_AHEAD
-    add = add_followers_arms_of(conditions) if followers else add_arms_of(conditions, coordinate_joints)
+    add = add_gathered_arms_of(conditions) if gathers else add_arms_of(conditions, coordinate_joints, followers)
     if wrench:
         add = add_wrenches_of(conditions)
 
@@ -375,12 +381,8 @@ def segments_stretch_of(
         total = PathState()
         total.fixed = at(paths.fixed_length, instance, muscle)
         span = paths.span[muscle]
-        if wp.static(looks):
-            segments_of_path_ahead(instance, span, model)
         for i in range(span.first_segment, span.end_segment):
             segment = paths.segment[nonnegative(i)]
-            if wp.static(looks):
-                contributions_ahead(paths.contribution, segment.first_contribution, segment.end_contribution)
             ends = at(paths.ends, instance, i)
             a = segment_end(ends.a, segment.body_a, segment.origin, segment.far, work)
             d = segment_end(ends.b, segment.body_b, segment.origin, segment.far, work) - a
@@ -450,6 +452,7 @@ def stretch_of(
     coordinate_joints: bool = False,
     followers: bool = False,
     wrench: bool = False,
+    gathers: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
@@ -457,11 +460,11 @@ def stretch_of(
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
         straight: whether all paths are straight, see `structs.Straight`.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`. followers: and some follow others.
-        wrench: see there; paths on pulleys have no lines of action.
+        wrench, gathers: see there; paths on pulleys have no lines of action.
     """
     if straight:
         return straight_stretch
-    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench)
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench, gathers)
     if not pulleys:
         return segments_stretch
 

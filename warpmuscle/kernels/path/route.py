@@ -15,7 +15,6 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.look_ahead import route_ahead_of
 from warpmuscle.kernels.memory.register_rows import near_rows_of, rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bend import bend_of
@@ -187,7 +186,7 @@ def route_stretch_of(
     give_arms = give_arms_of(kind, levers, coordinate_joints or followers, followers)
     if wrench:
         give_arms = give_wrenches_of(kind, levers)
-    kept, room, look = kind.places > 0, max(kind.places, 1), route_ahead_of()
+    kept, room = kind.places > 0, max(kind.places, 1)
     placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions, kind.places_start).find
 
     @wp.func(inline=True)
@@ -196,7 +195,6 @@ def route_stretch_of(
     ) -> PathState:
         span = model.routes.span[muscle]
         own = model.paths.span[muscle]
-        look(instance, muscle, span, model)
         bends = bends_struct()
         placed = placed_struct()
         bends.near = near()
