@@ -37,7 +37,8 @@ class SegmentEnds:
 
 
 END_BEYOND, START_BEYOND = 1, 2  # a segment ends, starts beyond the joint; neither: only a condition hangs on the joint
-FIRST_OF_CROSSING, LAST_OF_CROSSING = 4, 8  # no segment before, behind contributes to the crossing
+FIRST_OF_CROSSING, LAST_OF_CROSSING = 4, 8  # no contribution before is to the crossing, none behind it is
+IN_FIRST_SEGMENT = 64  # nor is one of a segment before
 LAST_OF_SEGMENT = 16  # none of the segment behind it is to the crossing
 BY_COORDINATE = 32  # the joint is as in `coordinate_joint.py`
 

@@ -53,8 +53,9 @@ def _contributions(table: PathTable, names: Topology, character: Character) -> l
         for place, (segment, sign, mover) in enumerate(crossing.terms):
             marks = {
                 muscle_structs.END_BEYOND: sign > 0, muscle_structs.START_BEYOND: sign < 0,
-                muscle_structs.FIRST_OF_CROSSING: segment == segments[0],
-                muscle_structs.LAST_OF_CROSSING: segment == segments[-1],
+                muscle_structs.FIRST_OF_CROSSING: place == 0,
+                muscle_structs.IN_FIRST_SEGMENT: segment == segments[0],
+                muscle_structs.LAST_OF_CROSSING: place == len(segments) - 1,
                 muscle_structs.LAST_OF_SEGMENT: segments[place + 1 : place + 2] != [segment],
                 muscle_structs.BY_COORDINATE: by_coordinate(names.joints[mover - 1], character),
             }  # fmt: skip

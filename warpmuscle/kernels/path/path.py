@@ -34,6 +34,7 @@ from warpmuscle.kernels.muscle_structs import (
     BY_COORDINATE,
     END_BEYOND,
     FIRST_OF_CROSSING,
+    IN_FIRST_SEGMENT,
     LAST_OF_CROSSING,
     LAST_OF_SEGMENT,
     START_BEYOND,
@@ -227,14 +228,18 @@ def joint_velocities(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
 
 @func
 def give(
-    total: wp.ref[PathState], own: Contribution, joint: int, r: wp.vec3, model: ModelRef, work: ScratchRef,
+    total: wp.ref[PathState], own: Contribution, first: int, joint: int, r: wp.vec3, model: ModelRef, work: ScratchRef,
     arm: wp.array[wp.vec3],
 ):  # fmt: skip
-    """Add a moment arm to that of a crossing, what it means for the speed, and in the end what the joint wants."""
+    """Add a moment arm to that of a crossing, what it means for the speed, and in the end what the joint wants.
+
+    Args:
+        first: the mark that says whether nothing has been added before.
+    """
     crossing = nonnegative(own.crossing)
     total.speed += wp.dot(r, work.joint_velocity[joint])
     whole = r
-    if own.marks & FIRST_OF_CROSSING == 0:
+    if own.marks & first == 0:
         whole += arm[crossing]
     arm[crossing] = whole
     if own.marks & LAST_OF_CROSSING != 0:
@@ -308,7 +313,7 @@ def add_gathered_arms_of(conditions: bool) -> Any:
                     gathered += coordinate_axis(instance, driver, model, work) * effort
                 if wp.static(conditions) and segment.varies != 0:
                     gathered = gathered * weight.value + slope
-                give(total, own, driver, gathered, model, work, arm)
+                give(total, own, IN_FIRST_SEGMENT, driver, gathered, model, work, arm)
                 gathered = wp.vec3(0.0)
                 effort = 0.0
                 slope = wp.vec3(0.0)
@@ -343,7 +348,7 @@ def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool) -> A
                 r = r * weight.value + weight.gradient * length
             if wp.static(followers):
                 joint = nonnegative(own.driver)
-            give(total, own, joint, r, model, work, arm)
+            give(total, own, FIRST_OF_CROSSING, joint, r, model, work, arm)
 
     return add_arms
 
