@@ -266,6 +266,21 @@ def test_time_constants_are_smoothed_where_a_width_is_given_or_free():
         assert model.is_smoothed(muscles.values(), MuscleModel()) == smoothed
 
 
+def test_some_muscles_follow_their_excitation_by_another_law():
+    scene = scene_of()
+    muscles, scaled = scene.character.muscles, MuscleModel(activation="scaled")
+    assert not model.muscle_kind(scaled, muscles.values()).smoothed
+    muscles["hip"].activation = "blended"
+    muscles["both"].activation = "excited"
+    muscles["both"].activation_smoothing = 0.3
+    kind = model.muscle_kind(scaled, muscles.values())
+    assert (kind.smoothed, kind.blended, kind.excited) == (True, False, False)
+    assert not model.muscle_kind(MuscleModel(activation="blended"), [muscles["hip"]]).smoothed
+    scene.muscle_model = scaled
+    found = model.muscles_struct(scene, ("hip", "both", "knee"), "cpu").smoothing.numpy()
+    np.testing.assert_array_equal(found, [[structs.BLENDED, structs.EXCITED, 0.0]])
+
+
 def test_the_state_has_room_for_every_muscle_crossing_and_delay():
     def zeros(*shape: int, dtype: type = float) -> wp.array:
         return wp.zeros(shape, dtype=dtype, device="cpu")

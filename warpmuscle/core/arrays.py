@@ -60,8 +60,8 @@ def structs_to_device(struct: Any, columns: Mapping[str, Any], device: Any) -> w
     return wp.clone(on_host, device=device)
 
 
-def records_to_device(struct: Any, device: Any, **columns: Sequence[int]) -> wp.array:
-    """The same of whole numbers in lists, one structure of zeros if the lists are empty."""
+def records_to_device(struct: Any, device: Any, **columns: Sequence[float]) -> wp.array:
+    """The same of numbers in lists, one structure of zeros if the lists are empty."""
     filled = {name: values if len(values) else [0] for name, values in columns.items()}
     return structs_to_device(struct, filled, device)
 

@@ -38,6 +38,8 @@ class RouteMotion:
     crossing: int
     first_piece: int  # of the function of the coordinate
     end_piece: int
+    low: float  # coordinate below which the point stays where it is, and above which; its rate may go on
+    high: float
 
 
 @wp.struct

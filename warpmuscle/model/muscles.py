@@ -37,6 +37,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
+OWN_RATES = {"blended": structs.BLENDED, "excited": structs.EXCITED}
 HILL = "hill"  # the law of muscles that ask for no other
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
@@ -70,11 +71,12 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     name = law_of(model)
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = name == HILL
+    own = own_activations(muscles, model)
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
-        neural=hill and model.activation == "neural", excited=hill and model.activation == "excited",
-        blended=hill and model.activation == "blended",
-        smoothed=hill and model.activation == "scaled" and is_smoothed(muscles, model),
+        neural=hill and model.activation == "neural", excited=hill and model.activation == "excited" and not own,
+        blended=hill and model.activation == "blended" and not own,
+        smoothed=hill and (own or (model.activation == "scaled" and is_smoothed(muscles, model))),
         implicit=hill and model.implicit_damping,
         special_curves=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
@@ -84,6 +86,11 @@ def is_smoothed(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
     """Whether the time constant of some muscle's activation changes smoothly, or may where its width is free."""
     widths = [given(muscle, model, "activation_smoothing") for muscle in muscles]
     return any(isinstance(width, Free) or bool(np.any(width)) for width in widths)
+
+
+def own_activations(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
+    """Whether activations of some muscles rise and fall by another law than those of the others."""
+    return any(given(muscle, model, "activation") != model.activation for muscle in muscles)
 
 
 def shared_joints(scene: Scene, names: Topology, found: ActuationMap) -> int:
@@ -148,9 +155,12 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         s.curve_table = to_device(before, wp.vec2, device)
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
-    if is_smoothed(muscles, model):
-        smoothing = rows([given(muscle, model, "activation_smoothing") for muscle in muscles])
-        s.smoothing = to_device(smoothing, float, device)
+    several = own_activations(muscles, model)
+    if several or is_smoothed(muscles, model):
+        widths = [
+            OWN_RATES.get(given(one, model, "activation"), given(one, model, "activation_smoothing")) for one in muscles
+        ]  # fmt: skip
+        s.smoothing = to_device(rows(widths), float, device)
     _excitations(s, muscles, device)
     return s
 

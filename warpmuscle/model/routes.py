@@ -40,6 +40,7 @@ SIDES = {"": (ANY_AXIS, 0)} | {
 KINDS: dict[type[Surface], int] = {
     CylinderSurface: CYLINDER, SphereSurface: SPHERE, EllipsoidSurface: ELLIPSOID, TorusSurface: TORUS
 }  # fmt: skip
+ENDLESS = 1.0e30  # rad or m, of the coordinate of a point that moves everywhere
 POINTS_A_SIZE = 4  # paths that have nearly as many points share a kernel
 METHODS = {"hybrid": HYBRID, "midpoint": MIDPOINT, "axial": AXIAL}
 
@@ -195,7 +196,7 @@ def _put_points(
     """Points of all routes, and how they move; `levers` has the bits of each."""
     table: dict[str, list[int]] = {name: [] for name in structs.RoutePoint.vars}
     table["levers"] += levers
-    moving: dict[str, list[int]] = {name: [] for name in structs.RouteMotion.vars}
+    moving: dict[str, list[float]] = {name: [] for name in structs.RouteMotion.vars}
     places: list[Floats] = []
     axes: list[Floats] = []
     start: list[Floats] = []
@@ -212,8 +213,13 @@ def _put_points(
             for motion in point.motion:
                 joint = names.driver[names.body_of_joint(motion.joint)]
                 knots, coefficients = pieces(motion)
-                if motion.within:
+                within = (-ENDLESS, ENDLESS)
+                if motion.within and character.moving_points == "opensim":
+                    within = (motion.within[0], motion.within[1])
+                elif motion.within:
                     knots, coefficients = held_beyond(knots, coefficients, *motion.within)
+                moving["low"].append(within[0])
+                moving["high"].append(within[1])
                 for name, value in (("joint", joint), ("crossing", crossing[number, joint])):
                     moving[name].append(value)
                 moving["first_piece"].append(sum(map(len, start)))

@@ -132,6 +132,19 @@ def test_muscles_have_what_most_have_in_common_and_the_rest_as_their_own(leg: Sc
     assert (common.rise_time, common.fall_time, common.minimum_activation) == (0.01, 0.04, 0.01)
 
 
+def test_activations_of_each_class_follow_its_own_law(tmp_path: Path):
+    kinds = {
+        "a": "Millard2012EquilibriumMuscle", "b": "DeGrooteFregly2016Muscle", "c": "Thelen2003Muscle",
+        "d": "Schutte1993Muscle",
+    }  # fmt: skip
+    found = scene_of(tmp_path, "".join(small.muscle(name, POINTS, kind=kind) for name, kind in kinds.items()))
+    assert found.muscle_model.activation == "scaled"
+    laws = [found.character.muscles[name].activation for name in kinds]
+    assert laws == [None, "blended", None, "excited"]
+    alone = scene_of(tmp_path, small.muscle("b", POINTS, kind=kinds["b"]))
+    assert (alone.muscle_model.activation, alone.character.muscles["b"].activation) == ("blended", None)
+
+
 def test_a_path_may_be_a_polynomial(tmp_path: Path):
     path = (
         '<FunctionBasedPath name="path"><coordinate_paths>/jointset/pin/q /jointset/second/r</coordinate_paths>'

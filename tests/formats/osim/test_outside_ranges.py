@@ -14,7 +14,10 @@ import osim_models as small
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
 from warpmuscle.formats.lines import Ignored
+from warpmuscle.scene.constraints.pose import start_coordinates
+from warpmuscle.scene.topology import topology
 from warpmuscle.simulation.stages import Stages
+from warpmuscle.studies.moment_arms import muscle_geometry
 
 pytestmark = pytest.mark.usefixtures("unoptimized_kernels")
 
@@ -180,6 +183,47 @@ def test_lengths_beyond_ranges_are_those_of_opensim(tmp_path: Path, made: Made, 
     if (made, name) == (coupled, "constant"):  # see test_a_constant_coupler_holds_the_dependent_coordinate
         text = slid("<LinearFunction><coefficients>0 0.03</coefficients></LinearFunction>")
     np.testing.assert_allclose(lengths_in_opensim(small.written(tmp_path, text)), expected, atol=1e-6)
+
+
+MOVING_ON = {-2.5: 0.035692677, -1.3: 0.086355993, 0.3: 0.044113651, 2.6: -0.010314697}  # q, rad: OpenSim's arm, m
+
+
+def ahead(folder: Path) -> Path:
+    """A model whose path goes from a point that moves on a rod to the ground."""
+    text, _ = moved("simm")
+    first, last = text.index('<PathPoint name="a"'), text.index('<PathPoint name="m"')
+    end = text.index("</MovingPathPoint>") + len("</MovingPathPoint>")
+    return small.written(folder, text[:first] + text[last:end] + text[first:last] + text[end:])
+
+
+def test_arms_beyond_ranges_go_on_as_opensims_where_points_are_hard(tmp_path: Path):
+    """The point stays, but OpenSim takes the rate of its function all the same; without hard points, the slope counts.
+
+    OpenSim leaves out what the motion does within the rod, too.
+    """
+    file = ahead(tmp_path)
+    angles = np.array(list(MOVING_ON))
+    for hard in (True, False):
+        scene = load(file, ignored=[], hard_points=hard)
+        names = topology(scene.character)
+        coordinates = np.repeat(start_coordinates(scene, names), len(angles) * 3, axis=0)
+        place = names.coordinates_of(names.body_of_joint("q")).start
+        coordinates[:, place] = (angles[:, None] + [-1e-3, 0.0, 1e-3]).ravel()
+        length, arm = muscle_geometry(scene, coordinates)
+        length, arm = length.reshape(-1, 3), arm.reshape(-1, 3)[:, 1]
+        expected = np.array(list(MOVING_ON.values())) if hard else (length[:, 0] - length[:, 2]) / 2e-3
+        np.testing.assert_allclose(arm, expected, atol=2e-6 if hard else 2e-4)
+
+
+def test_typed_arms_beyond_ranges_are_those_of_opensim(tmp_path: Path):
+    opensim = pytest.importorskip("opensim", reason="no OpenSim: pip install opensim")
+    opensim.Logger.setLevelString("off")
+    theirs = opensim.Model(str(ahead(tmp_path)))
+    state, coordinate = theirs.initSystem(), theirs.getCoordinateSet().get("q")
+    for angle, arm in MOVING_ON.items():
+        coordinate.setValue(state, angle, True)
+        theirs.realizePosition(state)
+        assert theirs.getMuscles().get("m").computeMomentArm(state, coordinate) == pytest.approx(arm, abs=1e-8)
 
 
 @pytest.mark.parametrize("function", [CONSTANT, multiplied(CONSTANT, 1.0)])

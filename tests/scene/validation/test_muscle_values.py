@@ -37,6 +37,13 @@ def scene(own: dict[str, Any] | None = None, **model: Any) -> Scene:
     return arm(flexor=own, muscle_model=MuscleModel(**{"curves": "millard", "tendon": "compliant", **model}))
 
 
+def test_activations_may_rise_and_fall_by_other_laws():
+    one = scene({"activation": "blended"}, activation="scaled")
+    check_scene(one)
+    check_scene(scene({"activation": "scaled", "activation_smoothing": 0.1}, activation="excited"))
+    assert loads(dumps(one)).character.muscles["flexor"].activation == "blended"
+
+
 def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
     one = scene(OWN, curve_shape=MillardCurves(shortening_slope=0.3))
     check_scene(one)
@@ -51,6 +58,9 @@ def test_all_own_values_are_taken_and_come_back_from_toml() -> None:
         ({"v_max": 0.0}, {}, "flexor.v_max", "greater than 0"),
         ({"rise_time": -1.0}, {}, "flexor.rise_time", "greater than 0"),
         ({"minimum_activation": 1.5}, {}, "flexor.minimum_activation", "within 0 and 1"),
+        ({"activation": "blended"}, {}, "flexor.activation", "scaled, blended or excited"),
+        ({"activation": "scaled"}, {"activation": "neural"}, "flexor.activation", "scaled, blended or excited"),
+        ({"activation": "blended", "activation_smoothing": 0.1}, {"activation": "scaled"}, "smoothing", "is smoothed"),
         ({"damping": 0.0}, {}, "flexor.damping", "greater than 0"),
         ({"tendon": "compliant"}, {"tendon": "rigid", "damping": 0.0}, "muscle_model.damping", "greater than 0"),
         ({"tendon": "compliant", "l_slack": 0.0}, {"tendon": "rigid"}, "flexor.l_slack", "greater than 0"),

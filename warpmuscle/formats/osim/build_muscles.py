@@ -156,7 +156,10 @@ class MuscleBuilder:
             kinds[FAMILIES[one.kind]] += 1
         if not kinds:
             return MuscleModel(curves="millard" if found else "lee"), found
-        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation=self._activation())
+        laws = {one.name: _activation(one) for one in self._model.muscles if one.name in found and one.kind in FAMILIES}
+        common = MuscleModel(curves=kinds.most_common(1)[0][0], activation=Counter(laws.values()).most_common(1)[0][0])
+        for name, law in laws.items():
+            found[name].activation = law if law != common.activation else None
         common.initial_activation = activations.most_common(1)[0][0]
         if len(activations) > 1:
             others = sum(activations.values()) - activations[common.initial_activation]
@@ -167,20 +170,6 @@ class MuscleBuilder:
             note(self._notes, self._model, first, reason)
         settle(common, [muscle for muscle in found.values() if not is_cable(muscle)])
         return common, found
-
-    def _activation(self) -> Literal["excited", "blended", "scaled"]:
-        """The law that activations of all muscles follow; noted where one's own would be another one."""
-        ones = [one for one in self._model.muscles if one.kind in FAMILIES]
-        if all(one.old is not None for one in ones):
-            return "excited"
-        smooth = [one for one in ones if one.kind == BLENDED]
-        if len(smooth) == len(ones):
-            return "blended"
-        if smooth:
-            others = number_of(len(smooth), "muscle")
-            reason = f"its activation, and that of {others} of its class in all, rises and falls as those of the others"
-            note(self._notes, self._model, smooth[0], reason)
-        return "scaled"
 
     def _muscle(self, one: records.Muscle) -> Muscle:
         """A muscle with all its values as its own."""
@@ -338,6 +327,13 @@ def put_curves(one: records.Muscle, muscle: Muscle) -> None:
     muscle.curve_shape = shapes[family](**values)
     if one.truths["ignore_passive_fiber_force"] and isinstance(muscle.curve_shape, DeGrooteCurves):
         muscle.curve_shape.passive = False
+
+
+def _activation(one: records.Muscle) -> Literal["excited", "blended", "scaled"]:
+    """The law by which a muscle's activation rises and falls."""
+    if one.old is not None:
+        return "excited"
+    return "blended" if one.kind == BLENDED else "scaled"
 
 
 def settle(common: MuscleModel, muscles: Iterable[Muscle]) -> None:

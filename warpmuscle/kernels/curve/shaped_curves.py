@@ -19,7 +19,7 @@ from warpmuscle.kernels.curve.shaped_family import ShapedFamily
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.structs import ModelRef, at
 
-LARGEST_SPEED = 10.0  # of v_max, either way: OpenSim's fibres have no bound
+LARGEST_SPEED = 1.0e3  # of v_max, either way: OpenSim's fibres have no bound, and give way so fast where a path jumps
 LARGEST_PASSIVE = 1.0e3  # of f_max: nor have their passive forces
 FAMILIES: dict[int, ShapedFamily] = {  # by the number of their set
     CURVES[name]: module.FAMILY for name, module in MODULES.items() if hasattr(module, "FAMILY")
@@ -110,6 +110,7 @@ def shaped_functions(shaped: Shaped) -> dict[str, Any]:
         "tendon_force_strain": tendon_force_strain,
         "curves_of": shaped_curves,
         "LARGEST_SPEED": LARGEST_SPEED,
+        "FASTEST_STRETCH": LARGEST_SPEED,
         "LARGEST_PASSIVE": LARGEST_PASSIVE,
     }
     bounds = [bound for number in shaped.families if (bound := FAMILIES[number].shortest) is not None]

@@ -20,7 +20,7 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind, MuscleLaw
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStepRef
 from warpmuscle.kernels.muscle.muscle_strength import as_stretched, strength_of
 from warpmuscle.kernels.path.path import PathState
-from warpmuscle.kernels.structs import ModelRef, MuscleRow, StateRef, at
+from warpmuscle.kernels.structs import BLENDED, EXCITED, ModelRef, MuscleRow, StateRef, at
 
 
 @func
@@ -57,12 +57,16 @@ def follow_blended(
 def follow_smoothly(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:
-    """The same with scaled rates, of some muscles with time constants that change smoothly."""
+    """The same with scaled rates, of some muscles with time constants that change smoothly, or by another law."""
     row = muscle.row
     width = at(model.muscles.smoothing, instance, m)
     rate = activation_rate(activation, muscle.excitation, row.rise_time, row.fall_time)
     if width > 0.0:
         rate = smoothed_rate(activation, muscle.excitation, row.rise_time, row.fall_time, width)
+    elif width == BLENDED:
+        rate = blended_rate(activation, muscle.excitation, row.rise_time, row.fall_time)
+    elif width == EXCITED:
+        rate = excited_rate(muscle.excitation, row.rise_time, row.fall_time)
     return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
 
 

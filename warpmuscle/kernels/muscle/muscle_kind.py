@@ -37,7 +37,7 @@ class MuscleKind(NamedTuple):
     neural: bool = False  # neural dynamics before that of the activation
     excited: bool = False  # the rate of activation depends on the excitation
     blended: bool = False  # ... or lies between those of rising and falling
-    smoothed: bool = False  # the time constant of some activations changes smoothly
+    smoothed: bool = False  # the time constant of some activations changes smoothly, or is one of another law
     implicit: bool = False  # damping linearised over the step, with rigid tendons
     all_timed: bool = False  # and those of all muscles, so that it does not matter what joints want of them
     given: bool = False  # excitations come from outside, as they are

@@ -52,7 +52,12 @@ def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -
     q = state.coordinates[instance, model.skeleton.plan[plan.joint].coordinate_start]
     pieces = model.routes.piece
     piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, q))
-    return cubic_rates(piece.c, q - piece.start)
+    rates = cubic_rates(piece.c, q - piece.start)
+    if q < plan.low or q > plan.high:
+        held = wp.clamp(q, plan.low, plan.high)
+        piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, held))
+        rates[0] = cubic_rates(piece.c, held - piece.start)[0]
+    return rates
 
 
 @cache

@@ -36,6 +36,19 @@ def circle_slope(u: float, along: float, flat: float, square: float, rest: float
 
 
 @func
+def circle_slope_in_double(
+    u: wp.float64, along: wp.float64, flat: wp.float64, square: wp.float64, rest: wp.float64, ring: wp.float64
+) -> wp.vec2d:
+    """The same in double precision."""
+    one = wp.float64(1.0)
+    two = wp.float64(2.0)
+    away = wp.sqrt(wp.max(u * u * square + two * flat * u + rest, wp.float64(SMALLEST)))
+    inward = square * u + flat
+    bend = square / away - inward * inward / (away * away * away)
+    return wp.vec2d(two * (along + u - two * ring * inward / away), two * (one - two * ring * bend))
+
+
+@func
 def narrowed(reach: float, size: float, gain: float, expected: float, after: float, before: float) -> float:
     """Reach of a search after a step that gained much less than expected."""
     share = wp.float32(0.5)
@@ -99,48 +112,78 @@ def place_from(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
 
 
 @func
-def damped_step(f: float, slope: float, scale: float, reach: float, damping: float) -> wp.vec2:
+def narrowed_in_double(
+    reach: wp.float64, size: wp.float64, gain: wp.float64, expected: wp.float64, after: wp.float64
+) -> wp.float64:
+    """`narrowed` in double precision, with `after` over what was before."""
+    half = wp.float64(0.5)
+    share = wp.float64(0.5)
+    tenth = wp.float64(0.1)
+    if gain < wp.float64(0.0):
+        share = half * expected / (expected - half * gain)
+    if tenth * after >= wp.float64(1.0) or share < tenth:
+        share = tenth
+    return share * wp.min(reach, wp.float64(10.0) * size)
+
+
+@func
+def damped_step(
+    f: wp.float64, slope: wp.float64, scale: wp.float64, reach: wp.float64, damping: wp.float64
+) -> wp.vec2d:  # fmt: skip
     """A step's length and the damping with which, times the scale, it is within a tenth of the reach (lmpar).
 
     Args:
         f, slope: of the function, absolute values. damping: of the step before, with which the search begins.
     """
+    one = wp.float64(1.0)
+    tenth = wp.float64(0.1)
     step = f / slope
     size = scale * step
-    if size <= 1.1 * reach:
-        return wp.vec2(step, 0.0)
+    if size <= (one + tenth) * reach:
+        return wp.vec2d(step, wp.float64(0.0))
     part = slope / scale
-    least = (size / reach - 1.0) * part * part
+    least = (size / reach - one) * part * part
     held = wp.min(wp.max(damping, least), part * f / reach)
     for _ in range(DAMPINGS):
         square = part * part + held
         step = part * f / (scale * square)
-        over = scale * step / reach - 1.0
-        if wp.abs(over) <= 0.1:
+        over = scale * step / reach - one
+        if wp.abs(over) <= tenth:
             break
-        if over > 0.0:
+        if over > wp.float64(0.0):
             least = wp.max(least, held)
         held = wp.max(least, held + over * square)
-    return wp.vec2(step, held)
+    return wp.vec2d(step, held)
 
 
 @func(inline=False)
-def place_as_opensim(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
-    """What `place_from` finds where slopes are those over AHEAD, in the middle of it, and steps are OpenSim's, too."""
-    n = wp.normalize(b - a)
-    along = wp.dot(a, n)
-    flat = a[0] * n[0] + a[1] * n[1]
+def place_as_opensim(a: wp.vec3, b: wp.vec3, circle: float) -> wp.vec3:
+    """What `place_from` finds where slopes are those over AHEAD, in the middle of it, and steps are OpenSim's, too.
+
+    In double precision: where the search ends depends on small differences.
+    """
+    start = wp.vec3d(a)
+    n = wp.normalize(wp.vec3d(b) - start)
+    ring = wp.float64(circle)
+    along = wp.dot(start, n)
+    flat = start[0] * n[0] + start[1] * n[1]
     square = n[0] * n[0] + n[1] * n[1]
-    rest = a[0] * a[0] + a[1] * a[1]
-    u = wp.float32(0.0)
-    f = circle_slope(u, along, flat, square, rest, ring)[0]
-    slope = circle_slope(0.5 * AHEAD, along, flat, square, rest, ring)[1]
-    scale = wp.float32(0.0)
-    reach = wp.float32(FIRST_REACH)
-    damping = wp.float32(0.0)
+    rest = start[0] * start[0] + start[1] * start[1]
+    zero = wp.float64(0.0)
+    one = wp.float64(1.0)
+    two = wp.float64(2.0)
+    half = wp.float64(0.5)
+    small = wp.float64(TOLERANCE)
+    middle = wp.float64(0.5 * AHEAD)
+    u = wp.float64(0.0)
+    f = circle_slope_in_double(u, along, flat, square, rest, ring)[0]
+    slope = circle_slope_in_double(middle, along, flat, square, rest, ring)[1]
+    scale = wp.float64(0.0)
+    reach = wp.float64(FIRST_REACH)
+    damping = wp.float64(0.0)
     moved = wp.bool(False)
     for _ in range(OPENSIM_STEPS):
-        if f == 0.0 or slope == 0.0:
+        if f == zero or slope == zero:
             break
         scale = wp.max(scale, wp.abs(slope))
         damped = damped_step(wp.abs(f), wp.abs(slope), scale, reach, damping)
@@ -149,29 +192,29 @@ def place_as_opensim(a: wp.vec3, b: wp.vec3, ring: float) -> wp.vec3:
         step = -wp.sign(f * slope) * damped[0]
         if not moved:
             reach = wp.min(reach, size)
-        after = circle_slope(u + step, along, flat, square, rest, ring)[0]
+        after = circle_slope_in_double(u + step, along, flat, square, rest, ring)[0]
         left = wp.abs(after / f)
-        gain = wp.where(left < 10.0, 1.0 - left * left, -1.0)
+        gain = wp.where(left < wp.float64(10.0), one - left * left, -one)
         straight = (slope * step / f) * (slope * step / f)
         held = damping * (size / f) * (size / f)
-        expected = straight + 2.0 * held
-        if gain <= 0.25 * expected:
+        expected = straight + two * held
+        if gain <= wp.float64(0.25) * expected:
             before = reach
-            reach = narrowed(reach, size, gain, straight + held, left, 1.0)
-            damping = damping * wp.min(before, 10.0 * size) / reach
-        elif damping == 0.0 or gain >= 0.75 * expected:
-            reach = 2.0 * size
-            damping = 0.5 * damping
-        if gain >= WORTHLESS * expected:
+            reach = narrowed_in_double(reach, size, gain, straight + held, left)
+            damping = damping * wp.min(before, wp.float64(10.0) * size) / reach
+        elif damping == zero or gain >= wp.float64(0.75) * expected:
+            reach = two * size
+            damping = half * damping
+        if gain >= wp.float64(WORTHLESS) * expected:
             moved = True
             u += step
             f = after
-            slope = circle_slope(u + 0.5 * AHEAD, along, flat, square, rest, ring)[1]
-        if wp.abs(gain) <= TOLERANCE and expected <= TOLERANCE and gain <= 2.0 * expected:
+            slope = circle_slope_in_double(u + middle, along, flat, square, rest, ring)[1]
+        if wp.abs(gain) <= small and expected <= small and gain <= two * expected:
             break
-        if reach <= TOLERANCE * scale * wp.abs(u):
+        if reach <= small * scale * wp.abs(u):
             break
-    return a + n * u
+    return wp.vec3(start + n * u)
 
 
 @func

@@ -72,7 +72,8 @@ class Character(Part):
     points of a wrap, round or inside of a cylinder without ends or a sphere, on the side of its `side_point`; over
     several surfaces between two points, in their order, it is the shortest path that begins at their side points.
     `moving_points`: with `slopes`, moment arms of paths whose points move on bodies are the slopes of their lengths;
-    `opensim` leaves out what such a motion does to segments within one body, as OpenSim's moment arms and forces do.
+    `opensim` leaves out what such a motion does to segments within one body, and goes on with it where a coordinate
+    leaves its range and the point stays, as OpenSim's moment arms and forces do.
     """
 
     root: str

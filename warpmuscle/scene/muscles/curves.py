@@ -19,7 +19,8 @@ STRAINS = {  # of tendon and passive fibre
 }  # fmt: skip
 SHAPED = ("tendon_strain", "passive_strain", "curve_shape")  # fields of `Muscle` and `MuscleModel` that shape curves
 SPECIAL = (  # fields of `Muscle` in place of those of `MuscleModel`
-    "tendon", "v_max", "damping", "rise_time", "fall_time", "activation_smoothing", "minimum_activation", *SHAPED,
+    "tendon", "v_max", "damping", "rise_time", "fall_time", "activation", "activation_smoothing", "minimum_activation",
+    *SHAPED,
 )  # fmt: skip
 LEAST_DAMPING = (
     1.0e-3  # of a compliant Millard muscle; with less, OpenSim changes the curves so that they can be solved

@@ -150,6 +150,7 @@ class Muscle(Part, kw_only=True):
     damping: Annotated[Number | None, "1", FROM_0] = None
     rise_time: Annotated[Number | None, "s", ABOVE_0] = None
     fall_time: Annotated[Number | None, "s", ABOVE_0] = None
+    activation: Literal["scaled", "blended", "excited"] | None = None  # where `MuscleModel` has one of these
     activation_smoothing: Annotated[Number | None, "1", FROM_0] = None
     minimum_activation: Annotated[Number | None, "1", FRACTION] = None
     tendon_strain: Annotated[Number | None, "1", ABOVE_0] = None

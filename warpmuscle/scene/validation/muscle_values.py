@@ -30,6 +30,7 @@ from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
 
 ROUNDED = 1.0e-6  # of f_max, by which a curve may fall between its knots
+OWN_ACTIVATIONS = ("scaled", "blended", "excited")  # that muscles of one scene may have side by side
 FLATTEST = 1.5e-8  # slope of force over speed, as OpenSim has it
 
 
@@ -58,6 +59,11 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
     if is_cable(muscle):
         _cable(checks, key, muscle, model)
         return
+    if muscle.activation is not None and (law_of(model) != "hill" or model.activation not in OWN_ACTIVATIONS):
+        message = (
+            "only where that of muscle_model is scaled, blended or excited may a muscle have its own; leave it out"
+        )
+        raise SceneError(message, key=f"{key}.activation")
     if muscle.activation_smoothing is not None:
         _smoothing(key, muscle, model)
     if muscle.tendon is not None and model.tendon == "switch":
@@ -76,7 +82,8 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
 
 def _smoothing(key: str, part: Muscle | MuscleModel, model: MuscleModel) -> None:
     """Time constants that change smoothly are those of rates that depend on the activation."""
-    if (law_of(model) != "hill" or model.activation != "scaled") and part.activation_smoothing != 0.0:
+    activation = model.activation if part.activation is None else part.activation
+    if (law_of(model) != "hill" or activation != "scaled") and part.activation_smoothing != 0.0:
         raise SceneError('only `activation = "scaled"` is smoothed; leave it out', key=f"{key}.activation_smoothing")
 
 
