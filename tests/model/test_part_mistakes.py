@@ -110,6 +110,8 @@ CONTROLLERS = {
     "effort=of_each, by_joint=Own, defaults=(('gian', 1.0),)": "no parameter is called 'gian' in defaults of",
     "effort=effort, by_joint=Own": "no function of .* takes Own, its numbers by_joint",
     "effort=remembering": "takes a state: declare how many floats, state=1",
+    "effort=effort, state=2": r"no function of .* takes wp.array\[float\], the state that it declares",
+    "effort=effort, parameters=Own": "no function of .* takes Own, the parameters that it declares",
     "effort=effort, damping=number": "must say that it returns wp.vec3, and says float",
     "effort=thrown": "work.angular_acceleration is not known yet when an effort is asked for",
     "damping=effort": "has a damping, and no effort that it belongs to",
