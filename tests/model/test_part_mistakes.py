@@ -100,7 +100,7 @@ TERMS = {
     "plain": "declares no function: write function=plain",
     "function=falling": "work.acceleration is not known yet at the stage 'forces'; declare stage='accel",
     "function=misspelt": "there is no work.centre; did you mean 'center'?",
-    "function=backwards, memory=2": r"uses memory\[-1\] of a memory of 2: places are counted from 0 on",
+    "function=backwards, memory=2": r": memory\[-1\] is not in a memory of 2: places are counted from 0 on",
     "function=moving, stage='accelerations'": "work.velocity is not known any more at the stage",
 }
 CONTROLLERS = {

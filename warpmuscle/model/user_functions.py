@@ -217,7 +217,7 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
             line = function.func.__code__.co_firstlineno + node.lineno - 1
             where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"
             remedy = "declare more" if place >= 0 else "places are counted from 0 on"
-            raise SceneError(f"{where} uses {node.value.id}[{place}] of a memory of {floats}: {remedy}", key=key)
+            raise SceneError(f"{where}: {node.value.id}[{place}] is not in a memory of {floats}: {remedy}", key=key)
 
 
 def _constant(node: ast.expr) -> int | None:
