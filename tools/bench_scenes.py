@@ -46,7 +46,7 @@ def main(
             rate = 1e-6 * np.rint(end / scene.time_step).sum() / best
             upright = 100.0 * np.mean(end > seconds - 0.5 * scene.time_step)
             told = f"{name}, {count} on {batch.device}, {batch.lanes} lanes"
-            print(f"{told}: {rate:.1f} million steps/s, {upright:.0f} % came to the end", flush=True)
+            print(f"{told}: {rate:.1f} million steps/s, {upright:.0f} % reached the end", flush=True)
 
 
 if __name__ == "__main__":

@@ -1,4 +1,4 @@
-"""Thousands of independent muscle-actuated bipeds at once, with NVIDIA Warp.
+"""Thousands of independent muscle-actuated bodies at once, with NVIDIA Warp.
 
 Example:
     import warpmuscle as wm

@@ -47,6 +47,14 @@ def moving(instance: int, model: Model, state: State, work: Scratch) -> float:
     return work.orientation[0][3] + work.center[1][1] + work.velocity[1][1]
 
 @wp.func
+def misspelt(instance: int, model: Model, state: State, work: Scratch) -> float:
+    return work.centre[1][1]
+
+@wp.func
+def backwards(instance: int, model: Model, state: State, work: Scratch, memory: wp.array[float]) -> float:
+    return memory[-1]
+
+@wp.func
 def thrown(instance: int, body: int, model: Model, state: State, work: Scratch) -> wp.vec3:
     return work.angular_acceleration[body]
 
@@ -91,6 +99,8 @@ TERMS = {
     "function=plain, weight=2.0": "sets 'weight', which is for parts of warpmuscle: leave it out",
     "plain": "declares no function: write function=plain",
     "function=falling": "work.acceleration is not known yet at the stage 'forces'; declare stage='accel",
+    "function=misspelt": "there is no work.centre; did you mean 'center'?",
+    "function=backwards, memory=2": r": memory\[-1\] is not in a memory of 2: places are counted from 0 on",
     "function=moving, stage='accelerations'": "work.velocity is not known any more at the stage",
 }
 CONTROLLERS = {
@@ -100,6 +110,8 @@ CONTROLLERS = {
     "effort=of_each, by_joint=Own, defaults=(('gian', 1.0),)": "no parameter is called 'gian' in defaults of",
     "effort=effort, by_joint=Own": "no function of .* takes Own, its numbers by_joint",
     "effort=remembering": "takes a state: declare how many floats, state=1",
+    "effort=effort, state=2": r"no function of .* takes wp.array\[float\], the state that it declares",
+    "effort=effort, parameters=Own": "no function of .* takes Own, the parameters that it declares",
     "effort=effort, damping=number": "must say that it returns wp.vec3, and says float",
     "effort=thrown": "work.angular_acceleration is not known yet when an effort is asked for",
     "damping=effort": "has a damping, and no effort that it belongs to",

@@ -229,7 +229,7 @@ def test_feet_are_followed_where_a_part_asks_for_it():
         ("nothing", None, f"'{NAME}:nothing' declares no function"),
         ("Gain", None, "'declared_parts:Gain' must be a Warp function or Declaration; it is of the type Struct"),
         ("crossed", None, "limits of .*: the lowest 'gain' is above its highest value"),
-        ("small", None, rf"small' \(.*{NAME}.py:20\) reads number 2 of a memory of 1: declare more"),
+        ("small", None, rf"small' \(.*{NAME}.py:20\): memory\[1\] is not in a memory of 1: declare more"),
         ("undeclared", CustomPart({"gain": 1.0}), "; declare Gain as its parameters"),
         ("scoped", None, "scope of .* is 'muscle', but its function takes what one of 'instance' does"),
         (

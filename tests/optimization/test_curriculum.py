@@ -244,7 +244,7 @@ def test_kill_of_the_process_loses_nothing(scene, tmp_path):
     path = tmp_path / "a.h5"
     for more in ([*arguments, "--device", "cpu", "-o", str(path)], ["optimize", "--resume", str(path)]):
         with running([*PROGRAM, *more], stderr=subprocess.DEVNULL) as process:
-            until(path.exists, process)  # a quick machine may have come to the end by the time of the kill
+            until(path.exists, process)  # a quick machine may have reached the end by the time of the kill
             for_a_moment(np.random.default_rng().uniform(0.1, 0.8))
             process.send_signal(signal.SIGKILL)
     result = resume(path)

@@ -44,7 +44,7 @@ def test_the_joints_that_add_most_to_a_term_are_named_and_kept_in_the_file(searc
 def test_report_counts_outcomes_ranks_searches_and_shows_every_parameter(searched):
     text = "\n".join(summary.report(searched))
     assert "24 candidates" in text
-    assert "came to the end" in text
+    assert "reached the end" in text
     assert "searches by their best" in text
     assert all(name in text for name in searched.parameters.name)
 

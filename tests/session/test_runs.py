@@ -24,7 +24,7 @@ def test_a_run_is_what_a_rollout_of_the_scene_records(walk: wm.Run):
 
 def test_a_run_says_in_a_line_how_it_ended_and_walked(walk: wm.Run):
     assert walk.gait is not None
-    assert repr(walk).startswith("Run(fwalk, ended after 3 s, came to the end of the simulated time, speed ")
+    assert repr(walk).startswith("Run(fwalk, ended after 3 s, reached the end of the simulated time, speed ")
     assert "<table>" in walk._repr_html_()
     assert "<iframe" in walk._repr_html_()
 

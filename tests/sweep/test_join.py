@@ -2,6 +2,7 @@
 
 import json
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -15,10 +16,12 @@ from child_signals import running
 from patience import PATIENCE, until
 from small_sweep import RUNS, assert_same_file, small_sweep
 from warpmuscle.core.errors import Error
+from warpmuscle.formats import toml
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest
 from warpmuscle.sweep.join import join
 from warpmuscle.sweep.part import Part
 from warpmuscle.sweep.plan import read
+from warpmuscle.sweep.plan.digest import digest
 from warpmuscle.sweep.run import sweep
 from warpmuscle.sweep.status import sweep_status
 
@@ -71,6 +74,23 @@ def test_what_is_missing_is_named_with_its_part(parts: Path, tmp_path: Path):
     assert not list(tmp_path.iterdir())
     assert join(plan, output, folders, incomplete=True).gathered == RUNS - 3
     assert join(plan, output, [Part(2, 3).folder(parts / "small.h5").path]).gathered == RUNS
+
+
+def test_parts_that_an_earlier_version_began_are_joined(parts: Path, whole: Path, tmp_path: Path):
+    plan, folders = read(parts / "small.toml"), []
+    runs = {run.name: run for run in plan.runs}
+    for number in (1, 2, 3):
+        part = Part(number, 3).folder(parts / "small.h5").path
+        folders.append(tmp_path / part.name)
+        shutil.copytree(part, folders[-1])
+        entries = Folder(part).manifest().runs
+        older = [msgspec.structs.replace(e, digest=digest(runs[e.name], {}, toml.dumps)) for e in entries]
+        assert all(e.digest not in {now.digest for now in entries} for e in older)
+        changed(part, tmp_path / f"{number}", runs=tuple(older)).joinpath(MANIFEST).replace(folders[-1] / MANIFEST)
+    join(plan, tmp_path / "small.h5", folders, command="test")
+    assert_same_file(tmp_path / "small.h5", whole)
+    with pytest.raises(Error, match="is another in this sweep"):
+        join(read(small_sweep(tmp_path, candidates=21)), tmp_path / "small.h5", folders)
 
 
 def changed(source: Path, target: Path, **fields: object) -> Path:

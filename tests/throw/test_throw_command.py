@@ -195,7 +195,7 @@ def test_an_interrupted_fit_keeps_what_its_last_whole_stage_came_to(monkeypatch:
     monkeypatch.setattr(fit._Fitting, "_signals", interrupting(fit._Fitting._signals, 0))
     result = throw(tmp_path, "goal", "--scene", "throw_ball", "--target", "2", "-o", "t.h5", "--plot", "t.png")
     assert result.return_value == 130, result.exception
-    assert "done so far: the fit up to its stage 'parameters'; the same command begins anew" in result.output
+    assert "done so far: the fit up to its stage 'parameters'; the same command starts again" in result.output
     with h5py.File(tmp_path / "t.h5") as file:
         assert [name.decode() for name in file["fit/stages"][:]] == ["start", "equations", "parameters"]
         assert len(file["fit/r2"]) == 3
@@ -210,7 +210,7 @@ def test_an_interrupted_search_for_throws_keeps_the_fit_and_those_that_were_made
     monkeypatch.setattr(job, "what_lacks", lambda *_: "")
     result = throw(tmp_path, "goal", "--scene", "throw_ball", "--target", "2", "--target", "3", "-o", "t.h5")
     assert result.return_value == 130, result.exception
-    assert "done so far: the fit, 1 of 2 new throws; the same command begins anew" in result.output
+    assert "done so far: the fit, 1 of 2 new throws; the same command starts again" in result.output
     assert "to 2 m: released after" in " ".join(result.output.split())
     assert len(read(tmp_path / "t.h5").replays) == 2
 
@@ -222,7 +222,7 @@ def test_a_fit_that_is_interrupted_at_its_begin_leaves_the_file_of_an_earlier_on
     monkeypatch.setattr(fit._Fitting, "_equations", interrupting(fit._Fitting._equations, 0))
     result = throw(tmp_path, "goal", "--scene", "throw_ball", "--target", "2", "-o", "t.h5")
     assert result.return_value == 130, result.exception
-    assert "done so far: no stage of the fit; the same command begins anew" in result.output
+    assert "done so far: no stage of the fit; the same command starts again" in result.output
     assert (tmp_path / "t.h5").read_text() == "earlier"
 
 
@@ -233,7 +233,7 @@ def test_interrupted_fits_with_several_numbers_of_synergies_keep_one_that_is_who
     monkeypatch.setattr(job.Job, "fit", interrupting(job.Job.fit, 1))
     result = throw(tmp_path, "compare", motion, "--numbers", "4", "6", "-o", "t.h5")
     assert result.return_value == 130, result.exception
-    assert "done so far: 1 of 3 numbers of synergies; the same command begins anew" in result.output
+    assert "done so far: 1 of 3 numbers of synergies; the same command starts again" in result.output
     with h5py.File(tmp_path / "t.h5") as file:
         assert file["synergies/W"].shape[1] == 4
         assert file["fit/stages"][-1] == b"signals"

@@ -20,7 +20,7 @@ def verdict(name: str, value: float | None, reached: str, note: str = "") -> dic
 
 
 def gait(*verdicts: dict[str, object], **felled_by: int) -> dict[str, object]:
-    end = "came to the end of the simulated time"
+    end = "reached the end of the simulated time"
     return {"verdicts": list(verdicts), "felled_by": felled_by, "commanded": [], "end": end, "impossible": False}
 
 

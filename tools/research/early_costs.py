@@ -7,7 +7,7 @@ For docs/how-to/choose-a-strategy.md.
 
 A search runs as usual; its candidates are looked at after each tenth of their time. For each generation: how much
 motion the candidates that fall leave unsimulated anyway; how many of the better half at the end are in the better half
-already, which is what rungs of short runs would keep; whether costs of those that come to the end ever fall, since
+already, which is what rungs of short runs would keep; whether costs of those that reach the end ever fall, since
 only what grows can tell early that a candidate is out; and the motion that is simulated after it was.
 """
 

@@ -33,7 +33,7 @@ Course = list[tuple[float, float]]  # times, s, and values, straight between the
 class Walks(NamedTuple):
     """What became of disturbed walks."""
 
-    through: np.ndarray  # (runs,) whether each came to the end
+    through: np.ndarray  # (runs,) whether each reached the end
     ended: np.ndarray  # (runs,) s
     recordings: list[Recording]
 

@@ -49,7 +49,7 @@ def ran(scene: Scene, runs: int, duration: float, seed: int, **commands: Any) ->
 
 
 def upright(rollout: wm.Rollout) -> np.ndarray:
-    """Which of them came to the end."""
+    """Which of them reached the end."""
     return np.asarray(rollout.status()) == wm.Status.COMPLETED
 
 

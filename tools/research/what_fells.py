@@ -6,7 +6,7 @@ python tools/research/what_fells.py policy.h5 task.toml --instances 64
 python tools/research/what_fells.py policy.h5 task.toml --speed 1.75 --instances 16
 
 Each row has one kind of disturbance of the task's variation, the first none and the last all. Policies act without
-noise of their own. Rewards are those a second, of bodies that came to the end.
+noise of their own. Rewards are those a second, of bodies that reached the end.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ def main(
     still: dict[str, Any] = {name: [] if name == "commands" else 0.0 for names in KINDS.values() for name in names}
     text = ""
     cases = {"none": (), **KINDS, "all": tuple(still)}
-    print("| disturbance | came to the end | upright, s | m/s |\n|---|---|---|---|")
+    print("| disturbance | reached the end | upright, s | m/s |\n|---|---|---|---|")
     for case, names in cases.items():
         variation = replace(given, **still | {name: getattr(given, name) for name in names})
         player = Player(learned, scene, instances, "cpu", replace(wanted, variation=variation), SEED)

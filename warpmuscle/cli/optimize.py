@@ -106,7 +106,7 @@ def optimize(
         bool, typer.Option("--no-open", help="Do not open the page of the walk before and after in the browser.")
     ] = False,
 ) -> None:
-    """Search for the scene's free parameters of lowest cost, all candidates in batched simulations.
+    """Search for the values of a scene's free parameters that cost least, with many candidates simulated at once.
 
     Every evaluation is saved at once: Ctrl-C ends the search and writes its result, and after a kill or a failure
     --resume FILE goes on. Examples: warpmuscle optimize fwalk --candidates 5000;

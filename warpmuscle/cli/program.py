@@ -40,9 +40,10 @@ from warpmuscle.cli.video import video
 from warpmuscle.cli.view import view
 
 app = typer.Typer(
-    help="Simulate and optimise muscle-actuated bipeds, thousands at once.\n\n"
-    "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, or .rbs and .sbc files of the "
-    "Simbicon Controller Editor Framework, and a .rs file if the .sbc names none.",
+    help="Simulate, optimise and train muscle-actuated bodies, thousands at once.\n\n"
+    "A SCENE is the name of a shipped one (see `warpmuscle scenes`), a TOML file, a model of OpenSim (.osim), MuJoCo "
+    "(.xml, .urdf), SCONE (.scone) or Hyfydy (.hfd), or .rbs and .sbc files of the Simbicon Controller Editor "
+    "Framework, and a .rs file if the .sbc names none.",
     invoke_without_command=True,
     pretty_exceptions_enable=False,
 )

@@ -52,7 +52,7 @@ def apply(
     hardiest: Annotated[int | None, typer.Option(hidden=True, callback=lambda given: _renamed(given))] = None,
     settle: Annotated[
         float | None,
-        typer.Option(min=0.0, metavar="SECONDS", help="Begin in the midst of its motion, at a step after this time."),
+        typer.Option(min=0.0, metavar="SECONDS", help="Begin in the middle of its motion, at a step after this time."),
     ] = None,
     settings: Settings = None,
     description: Annotated[

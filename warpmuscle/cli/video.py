@@ -26,7 +26,8 @@ def video(
     azimuth: Annotated[float, typer.Option(help="Place of the camera, deg: 0 on the right side, 90 in front.")] = 20.0,
     elevation: Annotated[float, typer.Option(help="Elevation of the camera, deg.")] = 6.0,
     strides: Annotated[
-        int, typer.Option(min=0, help="Show only this many last gait cycles, as a film that repeats smoothly.")
+        int,
+        typer.Option(min=0, help="Of one motion, show only this many last gait cycles, as a film that repeats."),
     ] = 0,
     forces: Annotated[bool, typer.Option(help="Draw ground forces, or not.")] = True,
     caption: Annotated[bool, typer.Option(help="Write name, time and scale of colours, or not.")] = True,

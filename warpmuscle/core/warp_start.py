@@ -61,7 +61,7 @@ def no_cache(error: OSError) -> str:
     """What to say where compiled kernels cannot be put down."""
     return (
         f"{wp.config.kernel_cache_dir}: Warp's folder for compiled kernels {unwritable(error)}; "
-        "WARP_CACHE_PATH may name another, from the root on"
+        "set WARP_CACHE_PATH to the absolute path of another"
     )
 
 

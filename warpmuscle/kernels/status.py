@@ -11,8 +11,8 @@ class Status(IntEnum):
 
     meaning: str  # one line for a user
 
-    RUNNING = 0, "still running: the simulated time has not come to its end"
-    COMPLETED = 1, "came to the end of the simulated time"
+    RUNNING = 0, "still running: the simulated time is not over"
+    COMPLETED = 1, "reached the end of the simulated time"
     FELL = 2, "fell: the centre of mass sank below its limit"
     TURNED = 3, "turned away from its heading by more than its limit"
     TOUCHED = 4, "touched the ground with a body other than the feet"

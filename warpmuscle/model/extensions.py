@@ -20,6 +20,7 @@ from warpmuscle.model.user_functions import (
     check_memory,
     check_result,
     checked_function,
+    name_of,
     placed,
 )
 
@@ -61,6 +62,10 @@ def check_declaration(
             check_memory(function, part.state, key, what)
         if result is not None:
             check_result(function, (result,), key, what)
+    taken = {kind for function in given.values() for kind in arguments_of(function)}
+    for kind, what in [*((kind, "parameters") for kind in first), *((kind, "state") for kind in last)]:
+        if kind not in taken:
+            raise SceneError(f"no function of {entry!r} takes {name_of(kind)}, the {what} that it declares", key=key)
 
 
 def check_parameters(struct: Any, what: str, key: str) -> None:

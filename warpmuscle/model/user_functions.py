@@ -111,7 +111,7 @@ def _module(name: str, key: str) -> Any:
         frames = traceback.extract_tb(error.__traceback__)
         others = "<frozen", __file__, str(Path(wp.__file__).parent), str(Path(typing.__file__).parent)
         last = next((frame for frame in reversed(frames) if not frame.filename.startswith(others)), frames[-1])
-        said = f"{type(error).__name__}: {error}{_moved_to(error)}"
+        said = f"{type(error).__name__}: {error}{_moved_to(error)}{_no_struct(error)}"
         raise SceneError(f"module {name!r} fails: {last.filename}:{last.lineno}: {said}", key=key) from error
     finally:
         sys.path[:] = before
@@ -122,6 +122,12 @@ def _moved_to(error: BaseException) -> str:
     name = re.match(r"cannot import name '(\w+)' from 'warpmuscle\.kernels\b", str(error))
     places = modules_that_have(name[1]) if isinstance(error, ImportError) and name else []
     return f"; {' and '.join(places)} {'has' if len(places) == 1 else 'have'} one of this name" if places else ""
+
+
+def _no_struct(error: BaseException) -> str:
+    """What is forgotten where Warp does not know the class of an argument."""
+    name = re.search(r"Unrecognized type '<class '[\w.]+\.(\w+)'>'", str(error))
+    return f"; put @wp.struct before the class {name[1]}" if name else ""
 
 
 def arguments_of(function: Any) -> tuple[Any, ...]:
@@ -206,11 +212,21 @@ def check_memory(function: Any, floats: int, key: str, entry: str) -> None:
     for node in ast.walk(tree):
         if not (isinstance(node, ast.Subscript) and isinstance(node.value, ast.Name) and node.value.id in arrays):
             continue
-        place = node.slice.value if isinstance(node.slice, ast.Constant) else None
-        if isinstance(place, int) and place >= floats:
+        place = _constant(node.slice)
+        if place is not None and not 0 <= place < floats:
             line = function.func.__code__.co_firstlineno + node.lineno - 1
             where = f"{entry!r} ({function.func.__code__.co_filename}:{line})"
-            raise SceneError(f"{where} reads number {place + 1} of a memory of {floats}: declare more", key=key)
+            remedy = "declare more" if place >= 0 else "places are counted from 0 on"
+            raise SceneError(f"{where}: {node.value.id}[{place}] is not in a memory of {floats}: {remedy}", key=key)
+
+
+def _constant(node: ast.expr) -> int | None:
+    """The whole number that is written there; None if it is computed."""
+    try:
+        value = ast.literal_eval(node)
+    except ValueError:
+        return None
+    return value if isinstance(value, int) else None
 
 
 def check_known(function: Any, phase: str, key: str, entry: str, at: str, later: str = "") -> None:
@@ -223,6 +239,8 @@ def check_known(function: Any, phase: str, key: str, entry: str, at: str, later:
     """
     now, solved = PHASES.index(phase), PHASES.index("forward")
     for name in _used(function, set()):
+        if name not in LIVES:
+            raise SceneError(f"in {placed(function, entry)} there is no work.{name}{near(name, LIVES)}", key=key)
         first, last = (PHASES.index(one) for one in LIVES[name][:2])
         early = first > now
         if early or (now >= solved > last and name not in APART):
@@ -245,7 +263,7 @@ def _used(function: Any, seen: set[Any]) -> Iterator[str]:
     }  # fmt: skip
     for node in nodes:
         if isinstance(node, ast.Attribute) and isinstance(node.value, ast.Name) and node.value.id in works:
-            if not (LIVES[node.attr].root and id(node) in of_root):
+            if not (node.attr in LIVES and LIVES[node.attr].root and id(node) in of_root):
                 yield node.attr
         elif isinstance(node, ast.Call) and works & {one.id for one in node.args if isinstance(one, ast.Name)}:
             called = inside.get(node.func.id) if isinstance(node.func, ast.Name) else None

@@ -22,7 +22,6 @@ import numpy as np
 from warpmuscle.core.errors import Error, OccupiedError, ResultError, SceneError
 from warpmuscle.core.files import replace_file, unreadable, unwritable
 from warpmuscle.core.names import is_file_name
-from warpmuscle.formats import toml
 from warpmuscle.optimization.search_loop import INTERRUPTED
 from warpmuscle.results.journal import Journal, journal_path
 from warpmuscle.results.result import glance
@@ -30,7 +29,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.sweep.finished import FinishedRuns
 from warpmuscle.sweep.origin import origin
 from warpmuscle.sweep.plan import Plan
-from warpmuscle.sweep.plan.digest import Text, Texts, digest, named_from
+from warpmuscle.sweep.plan.digest import OlderDigests, Texts, digest, named_from
 from warpmuscle.sweep.rounds import Known, known_of
 
 if sys.platform != "win32":
@@ -191,11 +190,11 @@ class Folder:
     def _compare(self, earlier: Manifest, entries: Sequence[RunEntry], plan: Plan) -> None:
         """Raise ResultError if a run of earlier is another now, or gone, or nothing but their order has changed."""
         before, now = ({entry.name: entry.digest for entry in runs} for runs in (earlier.runs, entries))
-        older: list[tuple[Text, Texts]] = [(msgspec.msgpack.encode, {}), (toml.dumps, {})]  # as versions before had it
+        older = OlderDigests()
         for run in plan.runs:
             known = before.get(run.name, now[run.name])
             if known != now[run.name]:
-                if all(known != digest(run, texts, text) for text, texts in older):
+                if not older.have(run, known):
                     break
                 now[run.name] = known
         if list(before.items()) == list(now.items()):

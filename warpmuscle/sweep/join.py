@@ -18,6 +18,7 @@ from warpmuscle.sweep.finished import PATTERN
 from warpmuscle.sweep.folder import MANIFEST, Folder, Manifest, RunEntry, entries_of
 from warpmuscle.sweep.part import Part, named_part, part_folders
 from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.plan.digest import OlderDigests
 from warpmuscle.sweep.run import SweepResult, check_same_study, gather_all
 from warpmuscle.sweep.status import states_of
 
@@ -45,7 +46,7 @@ def join(
     if not parts:
         raise Error(f"{output}: there are no parts to join beside it, such as {Part(1, 2).folder(output).path.name}")
     wanted = {entry.name: entry for entry in entries_of(plan)}
-    manifests = [_checked(folder, plan, wanted) for folder in parts]
+    manifests = _checked(parts, plan, wanted)
     device = _only_device(parts, manifests)
     places = _ended_in(parts, manifests)
     folder = Folder.of(output)
@@ -61,16 +62,24 @@ def join(
     return SweepResult(manifest, folder, gathered, {})
 
 
-def _checked(folder: Folder, plan: Plan, wanted: Mapping[str, RunEntry]) -> Manifest:
-    """What a part consists of; raises Error if that is not of this sweep, or still changes."""
-    manifest = folder.manifest()
-    for entry in manifest.runs:
-        if entry.name not in wanted or wanted[entry.name].digest != entry.digest:
-            what = "is not of this sweep" if entry.name not in wanted else "is another in this sweep"
+def _checked(parts: Sequence[Folder], plan: Plan, wanted: Mapping[str, RunEntry]) -> list[Manifest]:
+    """What the parts consist of; raises Error if one is not of this sweep, or still changes."""
+    runs, older = {run.name: run for run in plan.runs}, OlderDigests()
+    manifests = []
+    for folder in parts:
+        manifest = folder.manifest()
+        for entry in manifest.runs:
+            if entry.name not in wanted:
+                what = "is not of this sweep"
+            elif entry.digest != wanted[entry.name].digest and not older.have(runs[entry.name], entry.digest):
+                what = "is another in this sweep"
+            else:
+                continue
             raise Error(f"{folder.path}: its run {entry.name!r} {what}; {plan.file} or its scene has changed since")
-    if folder.busy():
-        raise Error(f"{folder.path}: a process is at work on this part")
-    return manifest
+        if folder.busy():
+            raise Error(f"{folder.path}: a process is at work on this part")
+        manifests.append(manifest)
+    return manifests
 
 
 def _only_device(parts: Sequence[Folder], manifests: Sequence[Manifest]) -> str:

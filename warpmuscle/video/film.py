@@ -130,7 +130,7 @@ def make_films(motions: Sequence[tuple[str, Recording, Scene]], look: Look) -> l
     """
     check_look(look)
     if look.strides:
-        raise Error("gait cycles are shown of one motion; of several ones choose times by their start and end")
+        raise Error("gait cycles are shown of one motion; of several ones choose times, with --start and --end")
     longest = max(float(recording.time[-1] - recording.time[0]) for _, recording, _ in motions if recording.frames)
     frames = max(2, round(longest / look.speed * look.rate))
     check_size("film", frames)

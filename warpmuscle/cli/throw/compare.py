@@ -157,7 +157,7 @@ def _fewest(scene: Scene, files: Sequence[Path], options: JobOptions, numbers: t
     except KeyboardInterrupt:
         interrupted = True
         done = f"{len(rows)} of {number_of(numbers[1] - numbers[0] + 1, 'number')} of synergies"
-        log.print(f"done so far: {done}; the same command begins anew")
+        log.print(f"done so far: {done}; the same command starts again")
         if last is None:
             raise
     assert last is not None

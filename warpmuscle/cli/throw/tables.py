@@ -130,4 +130,4 @@ def tell_kept(job: Job, wanted: int) -> None:
         done.append("the fit" if job.fitted.complete else f"the fit up to its stage {job.fitted.stages[-1].name!r}")
     if wanted and job.throws:
         done.append(f"{len(job.throws)} of {number_of(wanted, 'new throw')}")
-    log.print(f"done so far: {', '.join(done) or 'no stage of the fit'}; the same command begins anew")
+    log.print(f"done so far: {', '.join(done) or 'no stage of the fit'}; the same command starts again")

@@ -10,4 +10,15 @@ CONTROLLERS: dict[str, CustomController] = {
     "walking": walking,
     "quadratic_program": quadratic_program,
 }
-CONTROLLERS = {name: controller._replace(shipped=True) for name, controller in CONTROLLERS.items()}
+
+
+def checked(name: str, controller: CustomController) -> CustomController:
+    """A controller that drives something; TypeError if it has no function that does."""
+    if controller.effort is None and (controller.damping is not None or controller.excitation is None):
+        raise TypeError(
+            f"controller {name!r} in CONTROLLERS needs a Warp function: `effort` of joints, or `excitation`"
+        )
+    return controller
+
+
+CONTROLLERS = {name: checked(name, one)._replace(shipped=True) for name, one in CONTROLLERS.items()}

@@ -2,5 +2,5 @@
 
 May import: kernels.
 
-To add: an observation to `senses`, a reward to `rewards`.
+To add: an observation to `senses`, a reward to `rewards`; what it is near to in people, to `likeness`.
 """

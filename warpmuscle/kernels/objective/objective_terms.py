@@ -87,6 +87,13 @@ _REWARDS = (
 )  # fmt: skip
 
 
+def scoped(term: Term) -> Term:
+    """A term that says what it is of; TypeError if it does not, since nothing would sum it up."""
+    if not term.scope:
+        raise TypeError(f"term {term.name!r} in objective_terms.py has no scope: give unit, description and scope")
+    return term
+
+
 def signed(reward: Term) -> Term:
     """A reward that says whether it is earned; TypeError if it does not, since nothing else tells it from a cost."""
     if not reward.sign:
@@ -96,5 +103,5 @@ def signed(reward: Term) -> Term:
 
 PER_DECISION = ("objective", "failure")
 SIZES = ("speed_width", "pose_width", "imitation_width", "force_width", "force_limit")  # beside the weights of rewards
-TERMS = {term.name: term for term in _TERMS}
+TERMS = {term.name: scoped(term) for term in _TERMS}
 REWARDS = {term.name: signed(term) for term in _REWARDS}

@@ -20,8 +20,9 @@ from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bend import bend_of
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_rows_of, bends_of
 from warpmuscle.kernels.path.route_points import placed_of, placed_points_of
+from warpmuscle.kernels.path.route_pulls import lever_arm_of, pull_rows_of, pulls_of, room_of
 from warpmuscle.kernels.path.route_rows import lay_of
-from warpmuscle.kernels.path.route_walk import lever_arm_of, pull_rows_of, pulls_of, room_of, walk_of
+from warpmuscle.kernels.path.route_walk import walk_of
 from warpmuscle.kernels.path.wrap_touch import FREE, INSIDE
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, RouteWrap, ScratchRef, StateRef, at, nonnegative
 

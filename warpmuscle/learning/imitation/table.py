@@ -8,7 +8,7 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.learning import rewards as kernels
+from warpmuscle.kernels.learning import reward_structs as kernels
 from warpmuscle.learning.imitation.gait import BINS, Gait, with_norm
 from warpmuscle.scene.learning import Imitation, Task
 from warpmuscle.scene.norms import PERCENT_OF_BIN, is_run, running_force, running_stance, walking_force

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import msgspec
 
+from warpmuscle.formats import toml
 from warpmuscle.scene import Scene
 from warpmuscle.sweep.plan.runs import SweepRun
 
@@ -22,8 +23,7 @@ def digest(run: SweepRun, texts: Texts, text: Text) -> str:
 
     Args:
         texts: keeps those of scenes from one run to the next, of which many may have the same one.
-        text: all of a scene. Files are named as from the sweep's own; sweeps that began with versions before this one
-            have digests of them as they were given then, or of the scene's TOML, which takes a hundred times as long.
+        text: all of a scene, in which files are named as from the sweep's own.
     """
     if id(run.scene) not in texts:
         texts[id(run.scene)] = text(run.scene)
@@ -32,6 +32,20 @@ def digest(run: SweepRun, texts: Texts, text: Text) -> str:
     if run.training is not None:
         parts = (*parts, run.training)
     return hashlib.sha256(repr(parts).encode()).hexdigest()[:32]
+
+
+class OlderDigests:
+    """Digests as earlier versions made them: of files as they were given, or of the scene's TOML.
+
+    The latter take a hundred times as long as ours, so that each is made only when it is asked for.
+    """
+
+    def __init__(self) -> None:
+        self._made: list[tuple[Text, Texts]] = [(msgspec.msgpack.encode, {}), (toml.dumps, {})]
+
+    def have(self, run: SweepRun, known: str) -> bool:
+        """Whether an earlier version had this digest of a run."""
+        return any(known == digest(run, texts, text) for text, texts in self._made)
 
 
 def named_from(folder: Path, scene: Scene) -> Scene:
