@@ -12,7 +12,7 @@ import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
-from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
+from warpmuscle.kernels.functions import CPU_FLAGS, build_options
 from warpmuscle.kernels.known_kernels import known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -48,7 +48,7 @@ def paths_kernel(kind: MuscleKind, across: bool) -> Any:
         across: whether numbers of neighbouring instances lie side by side in the state, as on a GPU.
     """
     stretch_stage, know_state = stretch_stage_of(kind), known_rows_of(State, side_by_side=across)
-    options = {"enable_backward": False, "max_unroll": 1, **cpu_loops()}
+    options = {"enable_backward": False, "max_unroll": 1, **build_options()}
     options |= {"fast_math": True, "cpu_compiler_flags": CPU_FLAGS, "block_dim": PATH_BLOCK if across else 1}
 
     @known_kernel(
