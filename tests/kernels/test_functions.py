@@ -12,7 +12,7 @@ import warp as wp
 from probes import evaluate
 
 import warpmuscle.kernels
-from warpmuscle.kernels.functions import COUNTERS, LateFunction, cpu_loops, func, gradient_of, known_gradient
+from warpmuscle.kernels.functions import COUNTERS, LateFunction, build_options, func, gradient_of, known_gradient
 from warpmuscle.kernels.step import module_options
 
 KERNELS = Path(warpmuscle.kernels.__file__).parent
@@ -182,7 +182,7 @@ LOOPS = [
 @wp.kernel(
     module="unique",
     enable_backward=False,
-    module_options={"enable_backward": False, "max_unroll": 1, "optimization_level": 0, **cpu_loops()},
+    module_options={"enable_backward": False, "max_unroll": 1, "optimization_level": 0, **build_options()},
 )
 def visit(loops: wp.array2d[int], visited: wp.array2d[int], whole: wp.array2d[int], counts: wp.array[int]):
     row = wp.tid()

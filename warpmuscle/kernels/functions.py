@@ -11,6 +11,8 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.algebra.differences import DIFFERENCES
+
 Python = Callable[..., Any]
 _parsing = RLock()
 TESTED = ("1.19.",)  # versions of Warp
@@ -49,11 +51,12 @@ inline bool iter_cmp(const counter_t& c) { return c.step > 0 ? c.i < c.end : c.s
 """
 
 
-def cpu_loops() -> dict[str, Any]:
-    """Module options of a kernel without gradients whose loops a CPU shall run quickly."""
+def build_options() -> dict[str, Any]:
+    """Module options of a kernel without gradients: loops that a CPU runs quickly, a GPU's differences decided."""
     if not LATE:  # Warp calls them experimental, so that another version may name things differently
         return {}
-    return {"extra_build_options": wp.ModuleBuildOptions(extra_cpu_preamble=COUNTERS)}
+    options = wp.ModuleBuildOptions(extra_cpu_preamble=COUNTERS, extra_cuda_preamble=DIFFERENCES)
+    return {"extra_build_options": options}
 
 
 class LateFunction(wp.Function):

@@ -12,7 +12,7 @@ import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
-from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
+from warpmuscle.kernels.functions import CPU_FLAGS, build_options
 from warpmuscle.kernels.known_kernels import known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.register_rows import NEAR_NUMBERS, NEAR_THREADS
@@ -61,7 +61,7 @@ def paths_kernel(kind: MuscleKind, across: bool) -> Any:
     """
     own = with_near_rows(kind) if across and NEAR_ROWS else kind
     stretch_stage, know_state = stretch_stage_of(own), known_rows_of(State, side_by_side=across)
-    options = {"enable_backward": False, "max_unroll": 1, **cpu_loops()}
+    options = {"enable_backward": False, "max_unroll": 1, **build_options()}
     options |= {"fast_math": True, "cpu_compiler_flags": CPU_FLAGS, "block_dim": PATH_BLOCK if across else 1}
 
     @known_kernel(

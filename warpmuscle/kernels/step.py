@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
-from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
+from warpmuscle.kernels.functions import CPU_FLAGS, build_options
 from warpmuscle.kernels.known_kernels import Postponed, known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
 from warpmuscle.kernels.memory.main_memory import main_memory_of
@@ -83,7 +83,7 @@ def one_step_of(kind: StepKind, mark: Any = no_mark) -> Any:
 def module_options(block_dim: int) -> dict[str, Any]:
     """How the kernel is compiled: loops stay loops; on the CPU all in one function, with fused products."""
     # On a GPU, division and square root to 2 units in the last place: see tools/gpu_agreement.py for what that does.
-    loops = {"enable_backward": False, "max_unroll": 1, **cpu_loops()}
+    loops = {"enable_backward": False, "max_unroll": 1, **build_options()}
     return {**loops, "block_dim": block_dim, "fast_math": True, "cpu_compiler_flags": CPU_FLAGS}
 
 

@@ -93,9 +93,9 @@ def symmetric_product(a: wp.mat33, b: wp.mat33) -> symmetric:
 const float c = 2.0f * q.w * q.w - 1.0f;
 const float x = 2.0f * q.x, y = 2.0f * q.y, z = 2.0f * q.z;
 return wp::mat33(
-    c + q.x * x, q.x * y - q.w * z, q.x * z + q.w * y,
-    q.y * x + q.w * z, c + q.y * y, q.y * z - q.w * x,
-    q.z * x - q.w * y, q.z * y + q.w * x, c + q.z * z);
+    c + q.x * x, fmaf(q.x, y, -(q.w * z)), q.x * z + q.w * y,
+    q.y * x + q.w * z, c + q.y * y, fmaf(q.y, z, -(q.w * x)),
+    fmaf(q.z, x, -(q.w * y)), q.z * y + q.w * x, c + q.z * z);
 #else
 return wp::quat_to_matrix(q);
 #endif

@@ -12,7 +12,7 @@ from warpmuscle.kernels.curve.curve_sets import PATH_ACTUATOR
 from warpmuscle.kernels.curve.curves import active_force_length, force_velocity, tendon_force_strain
 from warpmuscle.kernels.curve.custom_curves import CustomCurves, with_curves
 from warpmuscle.kernels.curve.shaped_curves import Shaped, ShapedCurves, shaped_curves
-from warpmuscle.kernels.functions import cpu_loops, func
+from warpmuscle.kernels.functions import build_options, func
 from warpmuscle.kernels.muscle.cables import is_cable, ligament_force
 from warpmuscle.kernels.muscle.muscle import (
     LARGEST_SPEED,
@@ -113,7 +113,7 @@ def muscle_moments_of(paths: PathKind) -> Any:
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in
@@ -215,7 +215,7 @@ def fibre_forces_of(curves: int, own: CustomCurves | Shaped | None = None) -> An
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in
@@ -255,7 +255,7 @@ def tendon_lengths_of(curves: int, own: CustomCurves | Shaped | None = None) -> 
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in

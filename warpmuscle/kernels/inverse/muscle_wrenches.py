@@ -6,7 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
-from warpmuscle.kernels.functions import cpu_loops
+from warpmuscle.kernels.functions import build_options
 from warpmuscle.kernels.path.path import joint_velocities
 from warpmuscle.kernels.path.stretch import PathKind, any_stretch_of
 from warpmuscle.kernels.stages import kinematics_stage, work_of
@@ -29,7 +29,7 @@ def muscle_wrenches_of(paths: PathKind) -> Any:
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in

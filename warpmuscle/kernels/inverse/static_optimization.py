@@ -22,7 +22,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.functions import cpu_loops
+from warpmuscle.kernels.functions import build_options
 from warpmuscle.kernels.inverse.static_optimization_steps import LINEAR as LINEAR
 from warpmuscle.kernels.inverse.static_optimization_steps import POWER as POWER
 from warpmuscle.kernels.inverse.static_optimization_steps import (
@@ -95,7 +95,7 @@ def static_optimization_of(
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in

@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.functions import cpu_loops
+from warpmuscle.kernels.functions import build_options
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import function_of
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
@@ -29,7 +29,7 @@ def window_forces_of(kind: MuscleKind) -> Any:
     @wp.kernel(
         module="unique",
         enable_backward=False,
-        module_options={"enable_backward": False, "max_unroll": 1, **cpu_loops()},
+        module_options={"enable_backward": False, "max_unroll": 1, **build_options()},
     )
     def kernel(
         # in
