@@ -189,7 +189,7 @@ def test_a_restored_learner_goes_on_as_the_one_that_was_kept():
 
 def test_what_is_kept_is_the_mean_of_the_weights_over_the_last_decisions():
     sizes = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,)}
-    learner, alone = (Learner(PointMasses(8), options_of(sizes | more), 1) for more in ({"mean_decisions": 160.0}, {}))
+    learner, alone = (Learner(PointMasses(8), options_of(sizes | more), 1) for more in ({"mean_decisions": 160}, {}))
     begun = learner.policy()
     np.testing.assert_array_equal(begun.layers[0].weight, alone.policy().layers[0].weight)
     mean = None
