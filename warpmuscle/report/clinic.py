@@ -94,8 +94,9 @@ def _of_cycles(
 def _headline(judgement: Judgement, totals: dict[str, float]) -> list[tuple[str, str]]:
     """The numbers that are read first, and what they are, people's behind them."""
     found = []
+    untold = {one.bar.name for one in judgement.verdicts if one.value is None}  # as the cost where torques help
     for name, (unit, decimals) in HEADLINE.items():
-        if (value := judgement.measures.get(name)) is not None:
+        if name not in untold and (value := judgement.measures.get(name)) is not None:
             people = human(name, judgement.running)[0]
             found.append((rounded(value, decimals), f"{name}, {unit}{f' (people {people})' if people else ''}"))
     if totals:
@@ -114,7 +115,7 @@ def _scores(scores: Scores) -> list[Score]:
 def _rows(verdicts: Sequence[Verdict]) -> list[VerdictRow]:
     return [
         VerdictRow(
-            one.bar.name, "" if one.value is None else f"{one.value + 0.0:.3g}", one.bar.unit, ends(one.bar.must),
+            one.bar.name, one.shown, one.bar.unit, ends(one.bar.must),
             ends(one.bar.goal), one.reached, one.note,
         )
         for one in verdicts
