@@ -84,6 +84,16 @@ def test_a_cost_that_is_not_judged_is_no_number_that_is_read_first(judgement):
     assert told not in clinic_html("a walk", replace(judgement, verdicts=without))
 
 
+def test_a_run_is_told_its_flight_and_is_not_scored_by_people_who_walk(judgement):
+    walk, run = clinic_html("a walk", judgement), clinic_html("a run", replace(judgement, running=True))
+    assert ">double support, % of the cycle" in walk
+    assert ">flight, % of the cycle" not in walk
+    assert ">flight, % of the cycle" in run
+    assert ">double support, % of the cycle" not in run
+    assert "gait profile score" in first_cells(walk, "sides")
+    assert "gait profile score" not in run
+
+
 def test_a_motion_without_a_whole_cycle_says_so(scene):
     short = judge_recording(march(scene.character, 1.2, 0.3, 31, len(scene.character.muscles)), scene)
     text = clinic_html("short", short)
