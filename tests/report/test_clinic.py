@@ -84,6 +84,12 @@ def test_a_cost_that_is_not_judged_is_no_number_that_is_read_first(judgement):
     assert told not in clinic_html("a walk", replace(judgement, verdicts=without))
 
 
+def test_what_impairs_a_patient_stands_on_the_page(judgement):
+    patient = replace(judgement, impaired=("calf: f_max times 0.5 of lSOL, lGAS",))
+    assert "Impaired: calf: f_max times 0.5 of lSOL, lGAS." in clinic_html("a patient", patient)
+    assert "Impaired" not in clinic_html("a walk", judgement)
+
+
 def test_a_run_is_told_its_flight_and_is_not_scored_by_people_who_walk(judgement):
     walk, run = clinic_html("a walk", judgement), clinic_html("a run", replace(judgement, running=True))
     assert ">double support, % of the cycle" in walk

@@ -211,6 +211,7 @@ def test_a_walker_that_falls_at_once_is_judged_and_misses():
     assert "cycle" in found["stance"].note
     assert judgement.motion is not None
     assert judgement.end.startswith("fell: ")
+    assert judgement.impaired == ()
     assert judgement.end.endswith(f", after {rounded(judgement.motion.end, 2)} s")
     assert found["upright, disturbed"].reached == "missed"
     assert judgement.commanded == []

@@ -64,6 +64,8 @@ def judge(
     speed = judgement.measures.get("speed")
     at = "" if speed is None else f" at {rounded(speed, 2)} m/s"
     out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
+    for one in judgement.impaired:
+        out.print(f"impaired: {one}", markup=False)
     if judgement.impossible:
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)

@@ -103,7 +103,8 @@ class Judgement:
             whole gait cycle.
         commanded: the walks at other speeds, on slopes and with loads. impossible: bodies are too deep inside each
             other for anything else to count. felled_by: of 20 runs with one disturbance each, how many fall.
-        further: verdicts on what is asked besides. motion: the long run, of `scene`.
+        further: verdicts on what is asked besides. motion: the long run, of `scene`. impaired: what impairs its
+            muscles, in words.
     """
 
     verdicts: list[Verdict]
@@ -116,6 +117,7 @@ class Judgement:
     further: list[Verdict] = field(default_factory=list)
     motion: Recording | None = None
     scene: Scene | None = None
+    impaired: tuple[str, ...] = ()
 
 
 def judge(walker: Walker, *, pushes: int = PUSHES, tell: Callable[[str], None] = lambda _: None) -> Judgement:
@@ -167,7 +169,7 @@ def judge(walker: Walker, *, pushes: int = PUSHES, tell: Callable[[str], None] =
     felled = felled_by(walker, SHORT)
     return Judgement(
         verdicts, running, ended(end, walks.end_time[0]), measures, commanded, impossible, felled, further, motion,
-        scene,
+        scene, walker.impaired,
     )  # fmt: skip
 
 
