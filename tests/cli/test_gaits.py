@@ -2,6 +2,7 @@
 
 import csv
 import json
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -92,6 +93,18 @@ def test_robustness_tells_pushes_and_slopes(tmp_path: Path):
     told("robustness", "fwalk", *FALLS, *words, "-o", tmp_path / "a.md")
     lines = (tmp_path / "a.md").read_text().splitlines()
     assert lines[2].startswith("| fwalk | falls without a push |  |")
+
+
+def test_a_motion_that_a_policy_made_is_judged_as_it_is_and_not_as_its_scene_would_go(tmp_path: Path):
+    path = tmp_path / "played.h5"
+    write(path, replace(walk_result(), command="warpmuscle simulate walk56 --policy policy.h5 -o played.h5"))
+    printed = told("judge", path)
+    assert printed.startswith("played, judged as a walk at ")
+    assert "a recording, of which nothing is simulated" in printed
+    for command in ("robustness", "judge"):
+        more = ("--command", "speed=1") if command == "judge" else ()
+        with pytest.raises(Error, match=r"played\.h5: a policy moved this, and the file holds its motion alone"):
+            told(command, path, *more)
 
 
 def test_a_policy_is_pushed_as_a_scene_is(tmp_path: Path, monkeypatch: pytest.MonkeyPatch):

@@ -101,6 +101,12 @@ DEEP = {gait: float(depth) for gait, depth in judged_as(INSIDE).items() if float
 FALLING = {gait: int(runs) for gait, runs in judged_as("upright, disturbed").items() if int(runs) < 19}
 
 
+def test_the_page_tells_of_every_gait_that_falls_why_it_is_here():
+    told = PAGES[0].partition("| why it is here | gaits |")[2].partition("\n\n")[0]
+    assert {gait: int(runs) for gait, runs in re.findall(r"`(\w+)` (\d+)\b", told)} == FALLING
+    assert len(re.findall(r"`\w+` \d+\b", told)) == len(FALLING)
+
+
 @pytest.mark.parametrize(("gait", "depth"), DEEP.items())
 def test_a_gait_whose_bodies_are_inside_each_other_says_so_in_its_description(gait: str, depth: float):
     scenes = shipped_scenes()

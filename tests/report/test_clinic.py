@@ -1,5 +1,7 @@
 """The page of a judged gait: what it says of a walk made by hand, and of one that is too short for a cycle."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -7,10 +9,12 @@ from html_page import Page
 from small_result import march
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
+from warpmuscle.gait.muscle_effort import BHARGAVA_NET
 from warpmuscle.report.clinic import FIGURES, clinic_html
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.studies.judge import Judgement
 from warpmuscle.studies.judge_recording import judge_recording
+from warpmuscle.studies.verdicts import Verdict
 
 
 @pytest.fixture(scope="module")
@@ -69,6 +73,31 @@ def test_a_body_that_stays_in_its_place_is_told_so_and_its_speed_has_no_sign(sce
     assert ">0.00<" in text
     for zero in ("-0.00<", ">-0<", "-0.00 m/s"):
         assert zero not in text
+
+
+def test_a_cost_that_is_not_judged_is_no_number_that_is_read_first(judgement):
+    told = f">{BHARGAVA_NET}, J/(kg m)"
+    assert told in clinic_html("a walk", judgement)
+    without = [
+        one if one.bar.name != BHARGAVA_NET else Verdict(one.bar, None, "torques help") for one in judgement.verdicts
+    ]
+    assert told not in clinic_html("a walk", replace(judgement, verdicts=without))
+
+
+def test_what_impairs_a_patient_stands_on_the_page(judgement):
+    patient = replace(judgement, impaired=("calf: f_max times 0.5 of lSOL, lGAS",))
+    assert "Impaired: calf: f_max times 0.5 of lSOL, lGAS." in clinic_html("a patient", patient)
+    assert "Impaired" not in clinic_html("a walk", judgement)
+
+
+def test_a_run_is_told_its_flight_and_is_not_scored_by_people_who_walk(judgement):
+    walk, run = clinic_html("a walk", judgement), clinic_html("a run", replace(judgement, running=True))
+    assert ">double support, % of the cycle" in walk
+    assert ">flight, % of the cycle" not in walk
+    assert ">flight, % of the cycle" in run
+    assert ">double support, % of the cycle" not in run
+    assert "gait profile score" in first_cells(walk, "sides")
+    assert "gait profile score" not in run
 
 
 def test_a_motion_without_a_whole_cycle_says_so(scene):

@@ -24,7 +24,7 @@ from warpmuscle.studies.hard_trials import (
     stride_to_push,
     variability,
 )
-from warpmuscle.studies.verdicts import AT_RUNNING, FURTHER_RUN, FURTHER_WALK, RUN, WALK
+from warpmuscle.studies.verdicts import AT_RUNNING, FURTHER_RUN, FURTHER_WALK, RUN, WALK, Finding
 from warpmuscle.studies.walkers import SceneWalker, Walker, Walks
 
 
@@ -206,6 +206,15 @@ def test_idle_windows_are_named():
     assert (found["mean activation"].value, found["mean activation"].judges) == (0.1, False)
     assert found[VARIABILITY].value == 3.0
     assert of_measures({}, still, scene) == {}
+
+
+def test_what_a_body_lacks_is_told_where_it_has_been_measured():
+    scene = load("fwalk")
+    still = march(scene.character, 1.0, 4.0, 401)
+    found = of_measures({"speed": 1.0, "arm swing, range": 20.0}, still, scene)
+    assert found["arm swing, range"].value == 20.0
+    assert found["gastrocnemius in swing, of stance"] == Finding(None, "no gastrocnemius")
+    assert of_measures({"speed": 1.0}, still, scene)["arm swing, range"] == Finding(None, "no arms")
 
 
 def test_rows_besides_are_no_rows_of_the_table_that_stays():

@@ -12,6 +12,7 @@ from warpmuscle.cli.common import with_commands
 from warpmuscle.cli.program import app
 from warpmuscle.cli.walkers import walker_of
 from warpmuscle.core.errors import Error
+from warpmuscle.core.plain_text import rounded
 from warpmuscle.core.status import Status
 from warpmuscle.examples import write
 from warpmuscle.formats import load
@@ -208,6 +209,10 @@ def test_a_walker_that_falls_at_once_is_judged_and_misses():
     assert list(found) == [bar.name for bar in WALK if bar.name not in OF_MUSCLES]
     assert found["stance"].reached == "missed"
     assert "cycle" in found["stance"].note
+    assert judgement.motion is not None
+    assert judgement.end.startswith("fell: ")
+    assert judgement.impaired == ()
+    assert judgement.end.endswith(f", after {rounded(judgement.motion.end, 2)} s")
     assert found["upright, disturbed"].reached == "missed"
     assert judgement.commanded == []
     further = {one.bar.name: one.reached for one in judgement.further}

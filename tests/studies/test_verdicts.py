@@ -125,3 +125,10 @@ def test_what_is_impossible_does_not_count_and_what_failed_is_missed():
     assert Verdict(bar, 2.0, void=True).reached == Verdict(bar, 1.0, void=True).reached == "does not count"
     assert Verdict(bar, 0.0, void=True).reached == Verdict(bar, None, failed=True).reached == "missed"
     assert Verdict(bar, None).reached == "not measured"
+
+
+def test_a_value_has_three_digits_and_rounding_is_none():
+    bar = WALK[0]
+    assert [Verdict(bar, value).shown for value in (None, 1.2345, -0.0, 3.9e-18, -3.9e-18, 1e-8)] == [
+        "", "1.23", "0", "0", "0", "1e-08"
+    ]  # fmt: skip

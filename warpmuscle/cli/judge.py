@@ -11,7 +11,7 @@ from rich.text import Text
 
 from warpmuscle.cli.common import Commands, Device, JsonFile, Policy, Settings, Threads, Trust, start_warp, writable
 from warpmuscle.cli.console import log, out
-from warpmuscle.cli.walkers import Walkers, walker_of
+from warpmuscle.cli.walkers import Walkers, of_a_policy, walker_of
 from warpmuscle.core.extras import check_report
 from warpmuscle.core.plain_text import rounded
 
@@ -64,6 +64,8 @@ def judge(
     speed = judgement.measures.get("speed")
     at = "" if speed is None else f" at {rounded(speed, 2)} m/s"
     out.print(f"{name}, judged as a {'run' if judgement.running else 'walk'}{at}: {judgement.end}", markup=False)
+    for one in judgement.impaired:
+        out.print(f"impaired: {one}", markup=False)
     if judgement.impossible:
         out.print("Its bodies pass through each other: nothing that it reaches counts.", style="red")
     _print_table(judgement.verdicts)
@@ -85,15 +87,17 @@ def judge(
 
 
 def _of_recording(sources: list[str]) -> tuple[str, Judgement] | None:
-    """Name and judgement of a file of `warpmuscle inverse`, of its first trial; None of anything else."""
+    """Name and judgement of a file of `warpmuscle inverse`, of its first trial, or of a policy's motion; else None."""
     from warpmuscle.optimization.best_scene import recorded_scene
     from warpmuscle.results.result import holds_trials, read
     from warpmuscle.studies.judge_recording import judge_recording
     from warpmuscle.view.sources import is_result
 
-    if len(sources) != 1 or not is_result(sources[0]) or not holds_trials(sources[0]):
+    if len(sources) != 1 or not is_result(sources[0]):
         return None
     result = read(sources[0], replay=0)
+    if not holds_trials(sources[0]) and not of_a_policy(result):
+        return None
     name = Path(sources[0]).stem if not result.replay_names else result.replay_names[0]
     return name, judge_recording(result.replays[0], recorded_scene(result))
 
@@ -103,7 +107,7 @@ def _print_table(verdicts: list[Verdict]) -> None:
     from warpmuscle.studies.verdicts import ends
 
     rows = [("", "", "", "must", "goal", "", "")] + [
-        (one.bar.name, _shown(one.value), one.bar.unit, ends(one.bar.must), ends(one.bar.goal), one.reached, one.note)
+        (one.bar.name, one.shown, one.bar.unit, ends(one.bar.must), ends(one.bar.goal), one.reached, one.note)
         for one in verdicts
     ]
     widths = [max(map(len, column)) for column in zip(*rows, strict=True)]
@@ -112,10 +116,6 @@ def _print_table(verdicts: list[Verdict]) -> None:
         style = STYLES.get(row[5], "") if number else "bold"
         line = Text("  ".join(cells) + "  ", style="" if number else "bold")
         out.print(line.append(reached, style).append(f"  {note}".rstrip()))
-
-
-def _shown(value: float | None) -> str:
-    return "" if value is None else f"{value + 0.0:.3g}"  # a zero has no sign
 
 
 def _numbers(name: str, judgement: Judgement) -> dict[str, Any]:

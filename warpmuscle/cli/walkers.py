@@ -13,6 +13,7 @@ from warpmuscle.core.errors import Error
 
 if TYPE_CHECKING:
     from warpmuscle.results.learned import Learned
+    from warpmuscle.results.records import Result
     from warpmuscle.scene import Scene
     from warpmuscle.scene.learning import Task
     from warpmuscle.studies.walkers import Walker
@@ -61,11 +62,20 @@ def _of_result(path: str, commands: list[str] | None, device: str | None, thread
     from warpmuscle.studies.walkers import SceneWalker
 
     result = read(path, replay=0)
+    if of_a_policy(result):
+        raise Error(
+            f"{path}: a policy moved this, and the file holds its motion alone; give the file of `warpmuscle learn`"
+        )
     if result.learned is not None:
         scene = scene_in(result)
         return scene.name, _of_policy(result.learned, scene, commands, device, threads)
     scene = recorded_scene(result)
     return scene.name, SceneWalker(with_commands(scene, commands) if commands else scene, device, threads)
+
+
+def of_a_policy(result: Result) -> bool:
+    """Whether a policy moved what a file shows that does not hold the policy: its scene alone would go otherwise."""
+    return any(word.partition("=")[0] == "--policy" for word in result.command.split())
 
 
 def _of_policy(

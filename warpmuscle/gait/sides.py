@@ -19,6 +19,7 @@ from warpmuscle.scene import Scene
 from warpmuscle.scene.norms import FORCE
 
 SMALL = 1.0  # deg, of angles
+PROFILE = "gait profile score"  # from people who walk
 # Greatest values of curves, times a sign, between two percents of the cycle.
 _GREATEST = {
     "maximum vertical force": (FORCE, 1.0, 0, 100),
@@ -74,7 +75,7 @@ def measures_of_sides(recording: Recording, scene: Scene) -> dict[str, OfSides]:
     _put(found, "step length", "m", _step_lengths(recording, scene))
     _put(found, "stance", "% of the cycle", [_stance(recording, scene, cycles, side) for side in SIDES])
     if scores:
-        _put(found, "gait profile score", "deg", [scores[side] for side in SIDES])
+        _put(found, PROFILE, "deg", [scores[side] for side in SIDES])
     for name, (curve, sign, low, high) in _GREATEST.items():
         if curve in curves:
             _put(found, name, curves[curve].unit, [_greatest(curves[curve], side, sign, low, high) for side in SIDES])

@@ -72,6 +72,7 @@ def rules_of(
     against = variation.lasting / (1.0 - variation.lasting)
     rules.shrinkage, rules.push_shrinkage = against * variation.growth, against * variation.push_growth
     rules.push_least, rules.push_growth = variation.push_least, variation.push_growth
+    rules.pushed_share = variation.pushed_share
     rules.push_steps = max(round(variation.push_duration / scene.time_step), 1)
     rules.time_step, rules.decision_time = scene.time_step, dt
     return rules

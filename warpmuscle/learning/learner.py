@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import copy
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -25,7 +26,8 @@ class Learner:
     """A policy that learns in an environment.
 
     Attributes:
-        networks: policy and critic. iterations: done so far.
+        networks: policy and critic. kept: those that are kept as what was learnt, the same or the mean of theirs till
+            now, see `PPOOptions.mean_decisions`. iterations: done so far.
     """
 
     def __init__(
@@ -62,6 +64,7 @@ class Learner:
         self._captures = capture and device.type == "cuda"
         self._run: Callable[[], None] = self._work
         self._look_around(source is not None)
+        self.kept = copy.deepcopy(self.networks) if options.mean_decisions else self.networks
 
     def _look_around(self, begun: bool) -> None:
         """Find out what observations are like, or those that a policy begun with never heard of."""
@@ -91,6 +94,7 @@ class Learner:
                 self._run = captured(self._work)
             self._run()
         self.iterations += 1
+        self._keep()
         return self._statistics()
 
     def _work(self, critic_alone: bool = False) -> None:
@@ -98,6 +102,13 @@ class Learner:
             self.collector.collect()
             self.ppo.update(self.collector.last, critic_alone)
             self._see()
+
+    def _keep(self) -> None:
+        """Let the weights of now count in their mean."""
+        share = self.options.mean_share(self.iterations)
+        if self.kept is not self.networks:
+            for mean, now in zip(tensors_of(self.kept), tensors_of(self.networks), strict=True):
+                mean.lerp_(now, share)
 
     def _see(self) -> None:
         """Let what was observed count in what is usual."""
@@ -173,23 +184,30 @@ class Learner:
         for name in ("observed", "privileged"):
             normalizer = getattr(networks, name)
             found |= {f"{name}_{part}": getattr(normalizer, part) for part in ("mean", "variance", "count")}
+        if self.kept is not self.networks:
+            found |= {f"kept_{number}": tensor for number, tensor in enumerate(tensors_of(self.kept))}
         return found
 
     def policy(self) -> PolicyTable:
         """The policy as it is now, for a result file."""
-        networks, env = self.networks, self.env
+        networks, env = self.kept, self.env
         return _table(networks.policy, networks.observed, env.observation_names, env.action_names, self._noise())
 
     def critic(self) -> PolicyTable:
         """The critic as it is now, for a result file."""
-        return _table(self.networks.value, self.networks.privileged, self.env.critic_names, ("value",), None)
+        return _table(self.kept.value, self.kept.privileged, self.env.critic_names, ("value",), None)
 
     def _noise(self) -> ClippedNoise | None:
         """The noise that the policy has learnt with, if its actions are to be the mean over it."""
         ends = self.env.action_range
         if ends is None or not self.options.expected_action:
             return None
-        return ClippedNoise(_array(torch.exp(self.networks.log_deviation)), *ends)
+        return ClippedNoise(_array(torch.exp(self.kept.log_deviation)), *ends)
+
+
+def tensors_of(networks: ActorCritic) -> list[torch.Tensor]:
+    """All numbers of networks: their weights, and what is usual to observe."""
+    return [tensor.detach() for tensor in (*networks.parameters(), *networks.buffers())]
 
 
 def _table(

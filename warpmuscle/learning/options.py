@@ -54,6 +54,8 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
     divergence: Weight = 0.02  # from one policy to the next, nat, that the learning rate aims at; 0 keeps it
     critic_rate: Weight = 0.0  # learning rate of the critic, which does not adapt; 0: that of the policy
     max_gradient: Positive = 1.0  # length of the gradient of either network
+    mean_decisions: Annotated[float, Meta(ge=0.0, le=1e12)] = 0.0  # the mean of all weights, which forgets with so many
+    # decisions, is kept as what was learnt: it lacks the noise of single updates; 0: the weights of the last update
     critic_iterations: Annotated[int, Meta(ge=0, le=1_000_000)] = 0  # at first, in which the policy stays as it is
     mirrored: Literal["action", "noise"] = "action"  # what a mirror image has of a sample: its action, which the policy
     # may hardly ever choose there, or the noise of its action beside what the policy does there
@@ -72,6 +74,11 @@ class PPOOptions(msgspec.Struct, frozen=True, kw_only=True, forbid_unknown_field
         begin = self.held_decisions if self.held_deviation else 0
         part = min(max((self._decisions(iterations) - begin) / (self.end_decisions - begin), 0.0), 1.0)
         return (1.0 - part) * math.log(self.deviation) + part * math.log(self.end_deviation)
+
+    def mean_share(self, iterations: int) -> float:
+        """Share of the weights after so many iterations in the mean of weights till then; all alike at first."""
+        samples = self.instances * self.steps
+        return max(-math.expm1(-samples / self.mean_decisions), 1.0 / iterations) if self.mean_decisions else 1.0
 
     def _decisions(self, iterations: int) -> int:
         return iterations * self.instances * self.steps

@@ -14,7 +14,7 @@ from warpmuscle.gait.foot_contact import SIDES
 from warpmuscle.gait.muscle_effort import BHARGAVA_NET
 from warpmuscle.gait.muscle_timing import ActiveWindow, active_windows
 from warpmuscle.gait.profile_score import DEVIATION, LEAST_DIFFERENCE, Scores, profile_scores, variable_scores
-from warpmuscle.gait.sides import OfSides, measures_of_sides
+from warpmuscle.gait.sides import PROFILE, OfSides, measures_of_sides
 from warpmuscle.gait.table import human
 from warpmuscle.plots import KINDS, Subject, draw
 from warpmuscle.plots.subject import Absent, of_recording
@@ -29,8 +29,10 @@ from warpmuscle.studies.verdicts import RUNS, Verdict, ends
 FIGURES = ("angles", "moments", "ground_force", "body", "activation", "sticks")
 HEADLINE = {  # measures that are read first: unit and decimals
     "speed": ("m/s", 2), "cadence": ("steps/min", 0), "step length": ("m", 2), "step width": ("m", 2),
-    "stance": ("% of the cycle", 0), "double support": ("% of the cycle", 0), BHARGAVA_NET: ("J/(kg m)", 1),
+    "stance": ("% of the cycle", 0), "double support": ("% of the cycle", 0), "flight": ("% of the cycle", 0),
+    BHARGAVA_NET: ("J/(kg m)", 1),
 }  # fmt: skip
+NONE_OF = {True: "double support", False: "flight"}  # what a run, or a walk, does not have
 
 
 class VerdictRow(NamedTuple):
@@ -88,14 +90,19 @@ def _of_cycles(
         return {}, {}, [], str(error)
     scores = {} if running else variable_scores(gait_curves(motion, scene, cycles))
     windows = [] if running else active_windows(motion, cycles)
-    return measures_of_sides(motion, scene), scores, windows, ""
+    sides = measures_of_sides(motion, scene)
+    if running:
+        sides.pop(PROFILE, None)
+    return sides, scores, windows, ""
 
 
 def _headline(judgement: Judgement, totals: dict[str, float]) -> list[tuple[str, str]]:
     """The numbers that are read first, and what they are, people's behind them."""
     found = []
+    untold = {one.bar.name for one in judgement.verdicts if one.value is None}  # as the cost where torques help
+    untold.add(NONE_OF[judgement.running])
     for name, (unit, decimals) in HEADLINE.items():
-        if (value := judgement.measures.get(name)) is not None:
+        if name not in untold and (value := judgement.measures.get(name)) is not None:
             people = human(name, judgement.running)[0]
             found.append((rounded(value, decimals), f"{name}, {unit}{f' (people {people})' if people else ''}"))
     if totals:
@@ -114,7 +121,7 @@ def _scores(scores: Scores) -> list[Score]:
 def _rows(verdicts: Sequence[Verdict]) -> list[VerdictRow]:
     return [
         VerdictRow(
-            one.bar.name, "" if one.value is None else f"{one.value + 0.0:.3g}", one.bar.unit, ends(one.bar.must),
+            one.bar.name, one.shown, one.bar.unit, ends(one.bar.must),
             ends(one.bar.goal), one.reached, one.note,
         )
         for one in verdicts

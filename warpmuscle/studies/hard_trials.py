@@ -17,6 +17,7 @@ from warpmuscle.gait.measures import feet_of, heading, measure, steps_of
 from warpmuscle.gait.muscle_timing import active_windows
 from warpmuscle.gait.quality import ACTIVE, LEAST_FLIGHT, VARIABILITY, Measures, gait_measures
 from warpmuscle.gait.relative_to_belts import over_belts
+from warpmuscle.gait.swing import ARMS, CALF
 from warpmuscle.gait.table import human
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Robustness, Scene
@@ -43,6 +44,7 @@ PHASES, AFTER, EARLIEST, STRIDE = 10, 4.0, 5.0, 1.1  # pushes; s after and befor
 REPEATS, START, SETTLED = 3, 0.05, 2.0  # runs of each command; m/s of noise at the start; s, until a speed counts
 NEAR, FACING = 0.1, 15.0  # m/s, deg, of a command that is met
 OFF = 0.1  # share of 3.5 m/s, by which a run may miss it
+LACKING = {ARMS: "no arms", CALF: "no gastrocnemius"}  # why a walk has no such measure
 COMMANDED = ("speed", "turning_rate")  # commands that are drawn
 
 
@@ -222,6 +224,8 @@ def of_measures(measures: Measures, recording: Recording, scene: Scene) -> dict[
         if (value := measures.get(bar.name)) is not None:
             known, source = human(bar.name)
             found[bar.name] = Finding(value, f"people {known} ({source})" if known else "", judges=False)
+        elif measures and bar.name in LACKING:
+            found[bar.name] = Finding(None, LACKING[bar.name])
     if (deviation := measures.get(VARIABILITY)) is not None:
         found[VARIABILITY] = Finding(deviation)
     return found

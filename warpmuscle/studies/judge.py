@@ -15,7 +15,7 @@ import msgspec
 import numpy as np
 
 from warpmuscle.core.errors import Error
-from warpmuscle.core.plain_text import number_of
+from warpmuscle.core.plain_text import number_of, rounded
 from warpmuscle.core.status import Status
 from warpmuscle.gait.cycles import NO_CYCLE
 from warpmuscle.gait.measures import feet_of
@@ -103,7 +103,8 @@ class Judgement:
             whole gait cycle.
         commanded: the walks at other speeds, on slopes and with loads. impossible: bodies are too deep inside each
             other for anything else to count. felled_by: of 20 runs with one disturbance each, how many fall.
-        further: verdicts on what is asked besides. motion: the long run, of `scene`.
+        further: verdicts on what is asked besides. motion: the long run, of `scene`. impaired: what impairs its
+            muscles, in words.
     """
 
     verdicts: list[Verdict]
@@ -116,6 +117,7 @@ class Judgement:
     further: list[Verdict] = field(default_factory=list)
     motion: Recording | None = None
     scene: Scene | None = None
+    impaired: tuple[str, ...] = ()
 
 
 def judge(walker: Walker, *, pushes: int = PUSHES, tell: Callable[[str], None] = lambda _: None) -> Judgement:
@@ -166,8 +168,14 @@ def judge(walker: Walker, *, pushes: int = PUSHES, tell: Callable[[str], None] =
     tell(f"{RUNS} runs of {SHORT:g} s with each disturbance by itself")
     felled = felled_by(walker, SHORT)
     return Judgement(
-        verdicts, running, end.meaning, measures, commanded, impossible, felled, further, motion, scene
+        verdicts, running, ended(end, walks.end_time[0]), measures, commanded, impossible, felled, further, motion,
+        scene, walker.impaired,
     )  # fmt: skip
+
+
+def ended(status: Status, time: float) -> str:
+    """How a run ended, in words, and when if that was too early."""
+    return f"{status.meaning}{'' if status == Status.COMPLETED else f', after {rounded(time, 2)} s'}"
 
 
 def bars_of(rows: Sequence[Bar], muscles: bool) -> list[Bar]:

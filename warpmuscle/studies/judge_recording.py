@@ -8,7 +8,7 @@ from warpmuscle.gait.measures import feet_of
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.studies.hard_trials import of_measures
-from warpmuscle.studies.judge import Judgement, bars_of, bodies_and_norms, gait_of, measured
+from warpmuscle.studies.judge import Judgement, bars_of, bodies_and_norms, ended, gait_of, measured
 from warpmuscle.studies.people_comparison import IN_PLACE, of_force
 from warpmuscle.studies.verdicts import APART, FURTHER_RUN, FURTHER_WALK, HUMPS, RUN, WALK, Finding, Verdict
 
@@ -50,7 +50,7 @@ def judge_recording(recording: Recording, scene: Scene, end: Status | None = Non
         ]
         for rows in ((RUN, FURTHER_RUN) if running else (WALK, FURTHER_WALK))
     )
-    ended = "recorded" if end is None else end.meaning
+    how = "recorded" if end is None else ended(end, recording.end)
     return Judgement(
-        verdicts, running, ended, measures, [], impossible, further=further, motion=recording, scene=scene
+        verdicts, running, how, measures, [], impossible, further=further, motion=recording, scene=scene
     )  # fmt: skip

@@ -11,6 +11,7 @@ from warpmuscle.gait.quality import ACTIVE, INSIDE, TIMING, VARIABILITY
 from warpmuscle.gait.swing import ARMS, CALF, CLEARANCE
 
 RUNS = 20  # disturbed ones
+NOTHING = 1e-9  # below which a value is rounding alone, as of a turn out of the plane that a body moves in
 HUMPS = "force at peaks and valley"
 COST, COST_STRICT, COST_WANG = BHARGAVA_NET, BHARGAVA_STRICT, "cost of transport, Wang"
 ECONOMICAL, UPHILL, LOADED = "most economical speed", "5 degrees up against level", "loads, farthest from proportional"
@@ -164,6 +165,13 @@ class Verdict:
     failed: bool = False  # the gait is too bad to have a value, as after a fall
     judges: bool = True  # else its bar is of people at another speed, and tells a difference only
     void: bool = False  # the gait is impossible, so that nothing that it reaches counts
+
+    @property
+    def shown(self) -> str:
+        """The value in three digits; nothing where there is none, and rounding of a plane is no motion out of it."""
+        if self.value is None:
+            return ""
+        return "0" if abs(self.value) < NOTHING else f"{self.value:.3g}"
 
     @property
     def reached(self) -> str:

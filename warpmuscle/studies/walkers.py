@@ -19,6 +19,7 @@ from warpmuscle.results.learned import Learned
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Scene
 from warpmuscle.scene.controller import Command
+from warpmuscle.scene.impairments.impaired import in_words
 from warpmuscle.scene.initial_pose import plain_number
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.devices import find_devices
@@ -79,6 +80,11 @@ class Walker(ABC):
     def muscles(self) -> list[str]:
         """Names of all muscles of its scene, in order."""
         return list(self._scene.character.muscles)
+
+    @property
+    def impaired(self) -> tuple[str, ...]:
+        """What impairs these muscles, in words."""
+        return tuple(in_words(self._scene))
 
     def on_ground(self, friction: float) -> Self:
         """The same walker on ground of this coefficient of friction; bodies that are more slippery stay so."""

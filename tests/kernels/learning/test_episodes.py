@@ -17,7 +17,7 @@ SETTINGS = {
     "starts": 5, "variants": 3, "command_low": LOW, "command_high": HIGH, "cycle_rate": 0.9, "clock_speed": 1.2,
     "cadence_power": 0.6, "start_phase": (0.1, 0.3, 0.5, 0.7, 0.9), "velocity_noise": 0.2, "push": PUSH,
     "push_decisions": 20, "push_steps": STEPS, "time_step": TIME_STEP, "decision_time": DECISION,
-    "command_decisions": 6,
+    "command_decisions": 6, "pushed_share": 1.0,
 }  # fmt: skip
 
 
@@ -103,6 +103,24 @@ def test_decisions_move_clock_and_heading_and_draw_commands_and_pushes_when_they
     assert wait.min() == 10
     assert wait.max() == 29
     assert wait.mean() == pytest.approx(19.5, rel=0.03)
+
+
+def test_pushes_come_in_a_share_of_the_episodes_alone_and_in_all_or_none_of_one():
+    shown = []
+    for share in (0.0, 0.3, 1.0):
+        rules, episodes, state, _ = begun(ROOT_FREE, pushed_share=share)
+        waits = []
+        for later in (0, 1000):  # the same episodes, twice
+            episodes.decision.fill_(later)
+            episodes.next_push.zero_()
+            state.push.fill_(wp.vec3(5.0))
+            wp.launch(kernels.begin_decision, N, [rules, episodes, state], device="cpu")
+            shown.append((state.push.numpy() != 5.0).any(axis=1))
+            waits.append(episodes.next_push.numpy() - later)
+        np.testing.assert_array_equal(shown[-2], shown[-1])
+        assert min(map(np.min, waits)) > 10  # all wait for the next one, pushed or not
+        assert shown[-1].mean() == pytest.approx(share, abs=0.03)
+    assert shown[-1][shown[-3]].all()
 
 
 def test_a_clock_without_a_power_goes_at_its_rate_and_commands_may_stay():

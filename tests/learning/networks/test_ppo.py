@@ -187,6 +187,34 @@ def test_a_restored_learner_goes_on_as_the_one_that_was_kept():
     np.testing.assert_array_equal(other.state()["values"], learner.state()["values"])
 
 
+def test_what_is_kept_is_the_mean_of_the_weights_over_the_last_decisions():
+    sizes = {"instances": 8, "steps": 8, "minibatches": 2, "hidden": (8,)}
+    learner, alone = (Learner(PointMasses(8), options_of(sizes | more), 1) for more in ({"mean_decisions": 160}, {}))
+    begun = learner.policy()
+    np.testing.assert_array_equal(begun.layers[0].weight, alone.policy().layers[0].weight)
+    mean = None
+    for k in range(1, 7):  # the mean of the first two; later it forgets with 160 decisions, of which an update has 64
+        assert learner.iterate() == alone.iterate()  # learning goes on from the last weights
+        now = [part for table in (alone.policy(), alone.critic()) for part in weights(table)]
+        share = max(1.0 / k, 1.0 - np.exp(-64.0 / 160.0))
+        mean = now if mean is None else [one + share * (new - one) for one, new in zip(mean, now, strict=True)]
+    kept = [part for table in (learner.policy(), learner.critic()) for part in weights(table)]
+    for one, wanted, last in zip(kept, mean, now, strict=True):
+        np.testing.assert_allclose(one, wanted, rtol=1e-4, atol=1e-6)
+        assert np.abs(one - last).max() > 1e-5
+    other = Learner(PointMasses(8), learner.options, 1)
+    other.restore({name: array.copy() for name, array in learner.state().items()})
+    for one in (learner, other):
+        one.iterate()
+    for one, wanted in zip(weights(other.policy()), weights(learner.policy()), strict=True):
+        np.testing.assert_array_equal(one, wanted)
+
+
+def weights(table):
+    """Arrays of a policy's file that are learnt by gradients or by what was seen, but for deviations."""
+    return [table.mean, *(part for layer in table.layers for part in (layer.weight, layer.bias))]
+
+
 @pytest.mark.parametrize("damage", ["missing", "shape", "not a number", "random"])
 def test_a_damaged_state_is_refused(damage):
     learner = a_learner()

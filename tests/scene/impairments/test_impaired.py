@@ -8,6 +8,7 @@ from muscle_arm import arm, constant
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import toml
 from warpmuscle.scene import Command, Impairment, MuscleModel, Scene
+from warpmuscle.scene.impairments.impaired import in_words
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters, start_values, substitute
 from warpmuscle.scene.validation.scene import check_scene
@@ -33,6 +34,14 @@ def test_numbers_of_the_named_muscles_are_multiplied_and_no_others():
     assert (flexor.f_max, flexor.l_opt, flexor.l_slack, flexor.delay) == (200.0, 0.9 * 0.15, 1.1 * 0.1, 0.04)
     assert got["extensor"] == before["extensor"]
     assert before["flexor"].f_max == 400.0
+
+
+def test_impairments_are_told_with_their_muscles_and_what_is_not_1():
+    scene = impaired_arm(weak=Impairment(["fl*"], f_max=0.5, delay=2.0), none=Impairment(["*"]))
+    assert in_words(scene) == ["weak: f_max times 0.5, delay times 2 of flexor"]
+    free = impaired_arm(search=Impairment(["*"], f_max=Free(0.5, 0.2, 1.0)))
+    assert in_words(free) == ["search: f_max times a free or commanded number of flexor, extensor"]
+    assert in_words(numeric(scene)) == []  # which muscles have in their numbers
 
 
 def test_numbers_that_all_muscles_share_become_those_of_the_muscle():

@@ -8,7 +8,8 @@ import warp as wp
 from warpmuscle.kernels.functions import func
 
 # What they are for.
-START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX, CUSTOM_START, EXCITATION, DELAY, NOISINESS = range(1, 13)
+START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX = range(1, 9)
+CUSTOM_START, EXCITATION, DELAY, NOISINESS, PUSHED = range(9, 14)
 
 
 @func

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import COMMAND, PUSH, START, VARIANT, VELOCITY, random_of
+from warpmuscle.kernels.algebra.random_numbers import COMMAND, PUSH, PUSHED, START, VARIANT, VELOCITY, random_of
 from warpmuscle.kernels.algebra.spatial import heading_angle
 from warpmuscle.kernels.body.kinematics import coordinate_quat, coordinate_vector
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
@@ -64,6 +64,7 @@ class EpisodeRules:
     push_least: float  # share of the greatest impulse that every push has
     push_growth: float  # of the hardness of a quarter, with a push that is withstood; 0: pushes have none of their own
     push_shrinkage: float  # of it, with one that is not
+    pushed_share: float  # of episodes, in which pushes come
     push_decisions: int  # between two pushes, in the mean; 0: there are none
     push_steps: int
     time_step: float  # s, of the simulation
@@ -179,6 +180,13 @@ def share_of(grows: int, hardness: float) -> float:
 
 
 @wp.func
+def is_pushed(instance: int, number: int, seed: int, share: float) -> bool:
+    """Whether pushes come in this episode of an instance, as they do in a share of all."""
+    generator = random_of(seed, instance, number, PUSHED)
+    return wp.randf(generator) < share
+
+
+@wp.func
 def push_wait(generator: wp.uint32, rules: EpisodeRules) -> int:
     """Decisions until the next push: half of those in the mean to three halves."""
     return wp.max(int((0.5 + wp.randf(generator)) * float(rules.push_decisions)), 1)
@@ -208,10 +216,11 @@ def begin_decision(
         count_push(i, True, episodes, rules)  # it is still up after the last one
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
         share = wp.lerp(rules.push_least, 1.0, wp.randf(generator))
-        state.push[i] = begin_push(i, angle, share, episodes, rules)
-        step = state.step[i]
-        state.push_steps[i, 0] = step
-        state.push_steps[i, 1] = step + rules.push_steps
+        if is_pushed(i, episodes.number[i], episodes.seed[0], rules.pushed_share):
+            state.push[i] = begin_push(i, angle, share, episodes, rules)
+            step = state.step[i]
+            state.push_steps[i, 0] = step
+            state.push_steps[i, 1] = step + rules.push_steps
         episodes.next_push[i] = decision + push_wait(generator, rules)
 
 

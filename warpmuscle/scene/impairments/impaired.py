@@ -28,6 +28,22 @@ def impaired_muscles(impairment: Impairment, muscles: Iterable[str]) -> list[str
     return [name for name in muscles if any(fnmatchcase(name, pattern) for pattern in impairment.muscles)]
 
 
+def in_words(scene: Scene) -> list[str]:
+    """The impairments of a scene, each with its muscles and those of its factors that are not 1."""
+    found = []
+    for name, impairment in scene.impairments.items():
+        factors = {field: getattr(impairment, field) for field in FACTORS}
+        told = [
+            f"{field} times {f'{factor:.4g}' if isinstance(factor, int | float) else 'a free or commanded number'}"
+            for field, factor in factors.items()
+            if factor != 1.0
+        ]
+        if told:
+            muscles = impaired_muscles(impairment, scene.character.muscles)
+            found.append(f"{name}: {', '.join(told)} of {', '.join(muscles) or 'no muscle'}")
+    return found
+
+
 def impaired(scene: Scene) -> Scene:
     """A scene whose muscles have their impairments in their numbers, and which has none besides.
 

@@ -162,6 +162,8 @@ class Variation(Part):
     # each of four directions along the wanted heading: ahead, to the left, back, and to the right. An instance begins
     # without them; after one that it withstands until the next one, or until the episode has lasted, those to that
     # side are a tenth of `push` harder; after one that it does not, they are less hard, by what `lasting` says
+    pushed_share: Annotated[float, "1", FRACTION] = 1.0  # of episodes in which there are pushes; others are quiet,
+    # as a walk is in which angles and forces are measured
     push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s", ABOVE_0] = 0.1
     growth: Annotated[float, "1", FRACTION] = 0.0  # 0.1: an instance begins without what `growing` names; with each
