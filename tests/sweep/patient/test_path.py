@@ -23,10 +23,14 @@ from warpmuscle.results.result import write
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import start_values, substitute
 from warpmuscle.simulation.rollout import Rollout
-from warpmuscle.sweep.patient.compared import in_spread
+from warpmuscle.sweep.folder import Folder, Manifest, entries_of
+from warpmuscle.sweep.patient import path
+from warpmuscle.sweep.patient.compared import Walk, in_spread
 from warpmuscle.sweep.patient.file import read
 from warpmuscle.sweep.patient.plan import hip_offset, start_tilt
 from warpmuscle.sweep.patient.recorded import Patient, read_patient
+from warpmuscle.sweep.plan import Plan
+from warpmuscle.sweep.run import SweepResult
 
 OTHER = {  # the patient bends stance knees and lifts legs in another way
     "controller.states.0.trajectories.STANCE_Knee.components.0.angle.0": 0.55,
@@ -268,6 +272,20 @@ def test_hips_below_another_pelvis_are_compared_by_the_thighs(folder: Path, pati
     assert hip_offset(read(folder / "offset.toml"), patient, walker, 6.0) == 3.0
 
 
+def test_who_has_no_room_on_the_disk_is_not_told_to_search_longer(folder: Path, monkeypatch: pytest.MonkeyPatch):
+    def full(plan: Plan, output: Path, **options: object) -> SweepResult:
+        entries = entries_of(plan)
+        manifest = Manifest(plan.name, plan.text, "1", "cpu", entries, False, {})
+        failed = {entry.name: "no space left on device" for entry in entries}
+        return SweepResult(manifest, Folder.of(output), 0, failed)
+
+    monkeypatch.setattr(path, "sweep", full)
+    monkeypatch.setattr(path, "_measured", lambda plan, done, threads: [Walk(run.seed, "", False) for run in plan.runs])
+    asked = read(folder / "patient.toml")
+    with pytest.raises(Error, match=r"\(2 of 2 runs failed; seed=1: no space left on device\)$"):
+        path.follow(asked, folder / "full.html", device="cpu")
+
+
 def test_a_scene_that_falls_is_made_to_walk_first(folder: Path, tmp_path: Path):
     (tmp_path / "walk.h5").symlink_to(folder / "walk.h5")
     (tmp_path / "walker.toml").write_text('base = "fwalk.toml"\n[failure]\ncom_height = 1.2\n')  # it falls at once
@@ -275,7 +293,8 @@ def test_a_scene_that_falls_is_made_to_walk_first(folder: Path, tmp_path: Path):
     (tmp_path / "patient.toml").write_text(text.replace("candidates = 24", "candidates = 2"))
     failed = command_line.run("patient", "patient.toml", "--device", "cpu", folder=tmp_path)
     assert failed.returncode == 2, failed.stdout
-    assert "no search found a walk like the patient's" in failed.stderr
+    assert "no search found a walk like the patient's (" in failed.stderr
+    assert "); give more `match.candidates`" in failed.stderr
     walk = read_result(tmp_path / "patient.patient" / "walk.h5", "seed=1")
     assert len(walk.evaluations) == 3
     objective = toml.loads(walk.scene).objective

@@ -134,7 +134,8 @@ def follow(
     }
     if not scenes:
         why = done.failure or next((walk.why for walk in matched if walk.why), "") or "all fell"
-        raise Error(f"{asked.path}: no search found a walk like the patient's ({why}); give more `match.candidates`")
+        remedy = "" if done.failure else "; give more `match.candidates`"
+        raise Error(f"{asked.path}: no search found a walk like the patient's ({why}){remedy}")
     say("searching for walks with each change")
     changed = adapt_plan(asked, scenes, files)
     went = sweep(changed, files.of("changes.h5"), device=device, threads=threads, command=command, progress=progress)
