@@ -70,6 +70,12 @@ def test_toes_are_held_less_stiffly_than_before_and_more_than_at_rest(scene: Sce
     assert at_rest < held["r"] < float(np.ravel(before)[0])
 
 
+def test_soles_give_by_less_than_half_of_a_heel_pad(scene: Scene):
+    weight = 9.81 * sum(float(np.ravel(body.mass)[0]) for body in scene.character.bodies.values())
+    heel = 2.0 * float(np.ravel(scene.ground.stiffness)[0])  # of its two points
+    assert 0.004 < weight / heel < 0.5 * 0.016  # m; a heel's pad is 16 mm thick
+
+
 def test_the_policy_was_learnt_in_this_scene_and_task(scene: Scene, tmp_path):
     write("policies", tmp_path)
     learned = read(tmp_path / "gait2392_arms_feet.h5").learned

@@ -8,6 +8,7 @@ from warpmuscle.examples import write
 from warpmuscle.formats import load
 from warpmuscle.gait.quality import gait_measures
 from warpmuscle.learning.imitation import choice
+from warpmuscle.learning.imitation.kept_gaits import digest_of
 from warpmuscle.learning.player import commanded, commands_in_words, lasting, learned_in, replay, task_of
 
 NAMES = [
@@ -37,6 +38,16 @@ def test_a_shipped_policy_walks(name, tmp_path):
     assert status == Status.COMPLETED
     assert recording.com_velocity[:, 2].mean() == pytest.approx(1.2, abs=0.15)
     assert (tmp_path / f"{name}.h5").stat().st_size < 700_000
+
+
+@pytest.mark.parametrize("name", ["gait2392_by_policy", "gait2392_arms_feet"])
+def test_files_keep_the_gait_of_a_scene_from_an_opensim_model(name, tmp_path):
+    write("policies", tmp_path)
+    scene, learned = load(str(tmp_path / f"{name}.toml")), learned_in(tmp_path / f"{name}.h5")
+    imitation = task_of(learned).imitation
+    assert imitation is not None
+    assert learned.policy.gait is not None
+    assert learned.policy.gait.scene == digest_of(scene, imitation)
 
 
 @pytest.mark.long

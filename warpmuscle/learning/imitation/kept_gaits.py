@@ -60,13 +60,15 @@ def digest_of(scene: Scene, imitation: Imitation) -> str | None:
     """A digest of all that the gait of a scene's controller depends on; None where files or code outside count too.
 
     Neither what is valued or learned, nor how long a run lasts, nor what the scene's commands are now changes the
-    gait, nor do conditions of failure: what is kept was recorded to its end.
+    gait, nor do conditions of failure: what is kept was recorded to its end. Names in the OpenSim model that a body
+    came from are for files and pictures.
     """
     level = {name: msgspec.structs.replace(one, value=None, over=[]) for name, one in scene.commands.items()}
     numbers = at_start(msgspec.structs.replace(scene, commands=level))
     bare = msgspec.structs.replace(
         numbers, name="", description="", learning=None, recorded=[], duration=1.0, stages=[], tracking=None,
         norms=None, objective=Objective(), failure=type(scene.failure)(), robustness=type(scene.robustness)(),
+        opensim=None,
     )  # fmt: skip
     if named_code(bare):
         return None
