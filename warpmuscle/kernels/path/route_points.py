@@ -51,12 +51,16 @@ def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -
     plan = model.routes.motion[motion]
     q = state.coordinates[instance, model.skeleton.plan[plan.joint].coordinate_start]
     pieces = model.routes.piece
-    piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, q))
-    rates = cubic_rates(piece.c, q - piece.start)
-    if q < plan.low or q > plan.high:
-        held = wp.clamp(q, plan.low, plan.high)
-        piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, held))
-        rates[0] = cubic_rates(piece.c, held - piece.start)[0]
+    held = wp.clamp(q, plan.low, plan.high)
+    rates = wp.vec3()
+    for turn in range(wp.where(held == q, 1, 2)):  # a loop, so that the search is compiled once
+        place = wp.where(turn == 0, held, q)
+        piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, place))
+        found = cubic_rates(piece.c, place - piece.start)
+        if turn == 0:
+            rates = found
+        else:
+            rates = wp.vec3(rates[0], found[1], found[2])
     return rates
 
 
