@@ -15,7 +15,6 @@ from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, cpu_loops
 from warpmuscle.kernels.known_kernels import known_kernel
 from warpmuscle.kernels.memory.compiler_hints import known_rows_of
-from warpmuscle.kernels.memory.register_rows import NEAR_NUMBERS, NEAR_THREADS
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_pipeline import stretch_stage_of
@@ -34,22 +33,11 @@ from warpmuscle.kernels.structs import (
     not_unrolled,
 )
 
-PATH_BLOCK = NEAR_THREADS  # threads on a GPU
+PATH_BLOCK = 128  # threads on a GPU
 PATH_REGISTERS = 168  # of a thread: three blocks of a multiprocessor
 
 OTHERS = "actuation.effort", "muscles.knot_value"  # which others give with any strides
 know_model = known_rows_of(Model, OTHERS, pairs=("muscles.curve_table",))
-
-
-NEAR_ROWS = True  # whether threads of a GPU have points and bends of a route in shared memory
-
-
-def with_near_rows(kind: MuscleKind) -> MuscleKind:
-    """The kind with points and bends of its routes in the shared memory of a block, if there is room for them."""
-    routes = kind.paths.routes
-    if routes is None or not routes.in_rounds or routes.numbers > NEAR_NUMBERS:
-        return kind
-    return kind._replace(paths=kind.paths._replace(routes=routes._replace(near=True)))
 
 
 @cache
@@ -59,8 +47,7 @@ def paths_kernel(kind: MuscleKind, across: bool) -> Any:
     Args:
         across: whether numbers of neighbouring instances lie side by side in the state, as on a GPU.
     """
-    own = with_near_rows(kind) if across and NEAR_ROWS else kind
-    stretch_stage, know_state = stretch_stage_of(own), known_rows_of(State, side_by_side=across)
+    stretch_stage, know_state = stretch_stage_of(kind), known_rows_of(State, side_by_side=across)
     options = {"enable_backward": False, "max_unroll": 1, **cpu_loops()}
     options |= {"fast_math": True, "cpu_compiler_flags": CPU_FLAGS, "block_dim": PATH_BLOCK if across else 1}
 

@@ -9,8 +9,6 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.functions import func
-
 TAKE = """
 #if defined(__CUDA_ARCH__)
 #pragma unroll
@@ -63,58 +61,12 @@ class RowsOf(NamedTuple):
     add: Any  # (structure, k, vec3)
 
 
-NEAR_THREADS = 128  # of the blocks whose threads have rows in shared memory ...
-NEAR_NUMBERS = 48 * 1024 // (4 * NEAR_THREADS)  # ... so many numbers each at most, as much as may be declared
-
-NEAR = """
-#if defined(__CUDA_ARCH__)
-float* const own =
-    static_cast<float*>(__cvta_shared_to_generic(unsigned(s.near))) + ({start} + k * {width}) * {threads};
-{there}
-#else
-const int i = k;
-{each}
-#endif
-"""
-
-
 @cache
-def near_rows_of(numbers: int) -> Any:
-    """The Warp function of where a GPU's thread has so many numbers in the shared memory of its block, with any value.
-
-    Those of neighbouring threads lie side by side. Memory of its own would be set to zero, number by number.
-    """
-    snippet = f"""
-#if defined(__CUDA_ARCH__)
-__shared__ float warpmuscle_rows[{numbers * NEAR_THREADS}];
-return static_cast<int>(__cvta_generic_to_shared(warpmuscle_rows + threadIdx.x));
-#else
-return 0;
-#endif
-"""
-
-    @wp.func_native(snippet=snippet)
-    def near_rows() -> int: ...
-
-    return near_rows if numbers > 0 else nowhere
-
-
-@func
-def nowhere() -> int:
-    """Where no numbers are."""
-    return 0
-
-
-@cache
-def rows_in(struct: Any, field: str, count: int, few: int, start: int = -1) -> RowsOf:
+def rows_in(struct: Any, field: str, count: int, few: int) -> RowsOf:
     """The functions for a matrix of so many rows, or a vector, that is a field of a structure.
 
     Of more rows than a few, they are found by their number in memory of the lane's own, in place: that needs a first
     cache with room, and neither registers nor the instructions that look at all rows.
-
-    Args:
-        start: of the field among the numbers that `near_rows_of` has for the structure's field `near`; -1: there it is
-            not. A GPU has them there alone.
     """
     rows = wp.types.type_size(struct.vars[field].type) > count
     one, axes = (wp.vec3, "for (int axis = 0; axis < 3; ++axis) ") if rows else (float, "")
@@ -122,12 +74,7 @@ def rows_in(struct: Any, field: str, count: int, few: int, start: int = -1) -> R
     take = "const int i = k; {each}" if count > few else TAKE
 
     def snippet(each: str) -> str:
-        if start < 0:
-            return take.format(count=count, each=f"{axes}{each}")
-        there = each.replace(at, f"own[axis * {NEAR_THREADS}]" if rows else "own[0]")
-        return NEAR.format(
-            start=start, width=3 if rows else 1, threads=NEAR_THREADS, there=f"{axes}{there}", each=f"{axes}{each}"
-        )
+        return take.format(count=count, each=f"{axes}{each}")
 
     found = "wp::vec3 found;" if rows else "float found = 0.0f;"
 

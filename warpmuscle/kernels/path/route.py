@@ -15,7 +15,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.register_rows import near_rows_of, rows_of
+from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.path.route_bend import bend_of
 from warpmuscle.kernels.path.route_bends import NOWHERE, WRAP_BIT, RouteKind, bend_rows_of, bends_of
@@ -182,12 +182,11 @@ def route_stretch_of(
     lay = lay_of(kind) if rows else bend
     settle = settle_of(kind, wrench) if several and not apart and not rows else bend
     with_number, arm_at = rows_of(count).with_number, pull_rows_of(kind, levers).get
-    near = near_rows_of(int(kind.near) * kind.numbers)
     give_arms = give_arms_of(kind, levers, coordinate_joints or followers, followers)
     if wrench:
         give_arms = give_wrenches_of(kind, levers)
     kept, room = kind.places > 0, max(kind.places, 1)
-    placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions, kind.places_start).find
+    placed_struct, find = placed_of(room), placed_points_of(room, kind.motions, kind.conditions).find
 
     @wp.func(inline=True)
     def route_stretch(
@@ -197,8 +196,6 @@ def route_stretch_of(
         own = model.paths.span[muscle]
         bends = bends_struct()
         placed = placed_struct()
-        bends.near = near()
-        placed.near = bends.near
         pulls = pulls_struct()
         wraps = span.end_wrap - span.first_wrap
         for w in range(count):

@@ -98,7 +98,7 @@ def crossing_of(kind: RouteKind) -> Any:
     count, room = max(kind.wraps, 1), max(kind.places, 1)
     bends_struct, bend_after, rows = bends_of(count), bend_after_of(count), bend_rows_of(kind)
     first_at, second_at = rows.first.get, rows.second.get
-    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions, kind.places_start)
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place = points.counts, points.place
     torus_touch, (reached, left) = torus_touch_of(kind.as_opensim), measured_of(kind)
 
@@ -219,7 +219,7 @@ def bend_of(kind: RouteKind) -> Any:
     count = max(kind.wraps, 1)
     bends_struct, bend_after = bends_of(count), bend_after_of(count)
     room, tried = max(kind.places, 1), tried_of(kind)
-    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions, kind.places_start)
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts, place, interval = points.counts, points.place, points.interval
     crossing = crossing_of(kind) if has_tori(kind) else no_crossing_of(kind)
     exact, rows, (reached, left) = kind.exact, bend_rows_of(kind), measured_of(kind)

@@ -39,7 +39,6 @@ class RouteKind(NamedTuple):
     rows: bool = False  # whether some go over several surfaces between two of their points, see `route_rows.py`
     across: bool = False  # whether motions of points pull on segments between two bodies alone
     points: int = 0  # for how many of a route there is room, where some wrap
-    near: bool = False  # whether a GPU has them and the bends in the shared memory of a block, see `near_rows_of`
 
     @property
     def places(self) -> int:
@@ -58,21 +57,6 @@ class RouteKind(NamedTuple):
         That has room in a GPU's first cache only where a kernel of their own finds them, see `MuscleKind.may_be_apart`.
         """
         return self.wraps >= MANY_WRAPS and not self.mujoco
-
-    @property
-    def bend_numbers(self) -> int:
-        """Numbers of the bends; the places of points come behind them where these are near."""
-        return 13 * max(self.wraps, 1)
-
-    @property
-    def numbers(self) -> int:
-        """Numbers of bends and places."""
-        return self.bend_numbers + 3 * self.places
-
-    @property
-    def places_start(self) -> int:
-        """Where places are among the numbers that are near; -1: they are not near."""
-        return self.bend_numbers if self.near else -1
 
     @property
     def many_levers(self) -> bool:
@@ -106,7 +90,6 @@ def bends_of(count: int) -> Any:
         kept: int  # a bit a surface that is measured from those of the first round:
         kept_first: wp.types.matrix(shape=(count, 3), dtype=float)
         kept_second: wp.types.matrix(shape=(count, 3), dtype=float)
-        near: int  # see `RouteKind.near`
 
     return Bends
 
@@ -125,9 +108,7 @@ class BendRows(NamedTuple):
 def bend_rows_of(kind: RouteKind) -> BendRows:
     """Those for routes of a kind."""
     count, few = max(kind.wraps, 1), 0 if kind.in_rounds else kind.wraps
-    starts = (0, 3 * count, 6 * count, 7 * count, 10 * count) if kind.near else (-1,) * len(BendRows._fields)
-    fields = zip(BendRows._fields, starts, strict=True)
-    return BendRows(*(rows_in(bends_of(count), field, count, max(few, 1), start) for field, start in fields))
+    return BendRows(*(rows_in(bends_of(count), field, count, max(few, 1)) for field in BendRows._fields))
 
 
 @cache

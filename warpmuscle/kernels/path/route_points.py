@@ -9,7 +9,7 @@ from warpmuscle.kernels.body.joint_motion import cubic_rates, piece_of
 from warpmuscle.kernels.body.kinematics import coordinate_quat
 from warpmuscle.kernels.body.limits import ball_angles
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.register_rows import rows_in, rows_of
+from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 
@@ -100,7 +100,6 @@ def placed_of(count: int) -> Any:
     class Placed:
         place: wp.types.matrix(shape=(count, 3), dtype=float)  # m, from the route's origin, world axes
         counts: int  # a bit a point that counts now
-        near: int  # see `RouteKind.near`
 
     return Placed
 
@@ -115,24 +114,16 @@ class PlacedPoints(NamedTuple):
 
 
 @cache
-def placed_points_of(count: int, motions: int, conditions: bool, start: int = -1) -> PlacedPoints:
-    """The functions for routes of so many points.
-
-    Args:
-        motions, conditions: see `RouteKind`. start: of places among numbers that are near; -1: they are not.
-    """
+def placed_points_of(count: int, motions: int, conditions: bool) -> PlacedPoints:
+    """The functions for routes of so many points; motions, conditions: see `RouteKind`."""
     placed_struct, place, slopes_struct = placed_of(count), place_of(motions), slopes_of(max(motions, 1))
     counts_now = sometimes if conditions else always
 
-    near = rows_in(placed_struct, "place", count, 1, start)
-
     @wp.func_native(snippet="for (int axis = 0; axis < 3; ++axis) placed.place.data[k][axis] = value[axis];")
-    def put_here(placed: wp.ref[placed_struct], k: int, value: wp.vec3): ...
+    def put(placed: wp.ref[placed_struct], k: int, value: wp.vec3): ...
 
     @wp.func_native(snippet="const auto& row = placed.place.data[k]; return wp::vec3(row[0], row[1], row[2]);")
-    def place_here(placed: wp.ref[placed_struct], k: int) -> wp.vec3: ...
-
-    put, place_at = (put_here, place_here) if start < 0 else (near.put, near.get)
+    def place_at(placed: wp.ref[placed_struct], k: int) -> wp.vec3: ...
 
     @wp.func(inline=True)
     def counts_at(placed: wp.ref[placed_struct], k: int) -> bool:

@@ -259,7 +259,7 @@ def stops_of(kind: RouteKind, moving: bool) -> tuple[Any, Any]:
         moving: whether is asked how fast points move, too. Places of those that do are then found once more.
     """
     room, slopes_struct = max(kind.places, 1), slopes_of(max(kind.motions, 1))
-    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions, kind.places_start)
+    placed_struct, points = placed_of(room), placed_points_of(room, kind.motions, kind.conditions)
     counts_now, place_now = sometimes if kind.conditions else always, place_of(kind.motions)
     kept, counts_at, place_at = kind.places > 0, points.counts, points.place
 
