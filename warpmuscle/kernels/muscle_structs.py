@@ -36,15 +36,21 @@ class SegmentEnds:
     b: wp.vec3
 
 
+END_BEYOND, START_BEYOND = 1, 2  # a segment ends, starts beyond the joint; neither: only a condition hangs on the joint
+FIRST_OF_CROSSING, LAST_OF_CROSSING = 4, 8  # no contribution before is to the crossing, none behind it is
+IN_FIRST_SEGMENT = 64  # nor is one of a segment before
+LAST_OF_SEGMENT = 16  # none of the segment behind it is to the crossing
+BY_COORDINATE = 32  # the joint is as in `coordinate_joint.py`
+
+
 @wp.struct
 class Contribution:
-    """What a segment contributes to a crossing."""
+    """What a segment contributes to a crossing by a joint; those to the same crossing come one behind the other."""
 
     crossing: int
     joint: int
-    sign: int  # 1: b is beyond the joint, -1: a is, 0: only a condition hangs on the joint
-    first: int  # 1: no segment before contributes to the crossing
-    last: int  # 1: none after it does
+    driver: int  # the joint that this one follows, or itself
+    marks: int  # END_BEYOND ... BY_COORDINATE
 
 
 @wp.struct

@@ -191,7 +191,9 @@ def compiled_kind(
         pulls_in_scratch=in_scratch, mixed=structs.MIXED in drives, conditions=conditions,
         delayed=not lean or any(not isinstance(muscle.delay, float) or muscle.delay > 0.0 for muscle in muscles),
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
-        paths=path_kind(found.of(scene), scene.character, found.table.most_levers),
+        paths=path_kind(found.of(scene), scene.character, found.table.most_levers)._replace(
+            gathers=any(crossing.gathers for crossing in found.table.crossings)
+        ),
     )  # fmt: skip
 
 

@@ -40,6 +40,12 @@ class Crossing:
     pulleys: tuple[int, ...] = ()
     levers: tuple[tuple[int, int], ...] = ()  # of a route: number of the body that a joint carries; stops beyond it
 
+    @property
+    def gathers(self) -> bool:
+        """Whether a segment acts on it by several joints."""
+        segments = [segment for segment, _, _ in self.terms]
+        return len(set(segments)) < len(segments)
+
 
 @dataclass(frozen=True)
 class PathTable:

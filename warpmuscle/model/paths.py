@@ -12,9 +12,10 @@ import warp as wp
 
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
-from warpmuscle.kernels import structs
+from warpmuscle.kernels import muscle_structs, structs
 from warpmuscle.kernels.force.torque_parts import MANY_CROSSINGS, PART
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.joints import by_coordinate
 from warpmuscle.model.path_table import MusclePath, PathTable
 from warpmuscle.model.routes import routes_struct
 from warpmuscle.scene import Character
@@ -32,7 +33,7 @@ def paths_struct(table: PathTable, names: Topology, character: Character, device
     """
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
-    by_segment = _contributions(table)
+    by_segment = _contributions(table, names, character)
     _put_conditions(p, table, names, device)
     _put_segments(p, table, names, character, starts(map(len, by_segment)), device)
     flat = [one for group in by_segment for one in group]
@@ -44,13 +45,24 @@ def paths_struct(table: PathTable, names: Topology, character: Character, device
     return p
 
 
-def _contributions(table: PathTable) -> list[list[dict[str, int]]]:
+def _contributions(table: PathTable, names: Topology, character: Character) -> list[list[dict[str, int]]]:
     """What each segment contributes to crossings, by field of `kernels.structs.Contribution`."""
     found: list[list[dict[str, int]]] = [[] for _ in table.segments]
     for i, crossing in enumerate(table.crossings):
+        segments = [segment for segment, _, _ in crossing.terms]
         for place, (segment, sign, mover) in enumerate(crossing.terms):
-            first, last = place == 0, place == len(crossing.terms) - 1
-            found[segment].append({"crossing": i, "joint": mover, "sign": sign, "first": first, "last": last})
+            marks = {
+                muscle_structs.END_BEYOND: sign > 0, muscle_structs.START_BEYOND: sign < 0,
+                muscle_structs.FIRST_OF_CROSSING: place == 0,
+                muscle_structs.IN_FIRST_SEGMENT: segment == segments[0],
+                muscle_structs.LAST_OF_CROSSING: place == len(segments) - 1,
+                muscle_structs.LAST_OF_SEGMENT: segments[place + 1 : place + 2] != [segment],
+                muscle_structs.BY_COORDINATE: by_coordinate(names.joints[mover - 1], character),
+            }  # fmt: skip
+            found[segment].append({
+                "crossing": i, "joint": mover, "driver": names.driver[mover],
+                "marks": sum(mark for mark, is_so in marks.items() if is_so),
+            })  # fmt: skip
     return found
 
 

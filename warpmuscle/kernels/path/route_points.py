@@ -133,15 +133,8 @@ def placed_points_of(count: int, motions: int, conditions: bool, start: int = -1
     placed_struct, place, slopes_struct = placed_of(count), place_of(motions), slopes_of(max(motions, 1))
     counts_now = sometimes if conditions else always
 
-    near = rows_in(placed_struct, "place", count, 1, start)
-
-    @wp.func_native(snippet="for (int axis = 0; axis < 3; ++axis) placed.place.data[k][axis] = value[axis];")
-    def put_here(placed: wp.ref[placed_struct], k: int, value: wp.vec3): ...
-
-    @wp.func_native(snippet="const auto& row = placed.place.data[k]; return wp::vec3(row[0], row[1], row[2]);")
-    def place_here(placed: wp.ref[placed_struct], k: int) -> wp.vec3: ...
-
-    put, place_at = (put_here, place_here) if start < 0 else (near.put, near.get)
+    rows = rows_in(placed_struct, "place", count, 1, start)
+    put, place_at = rows.put, rows.get
 
     @wp.func(inline=True)
     def counts_at(placed: wp.ref[placed_struct], k: int) -> bool:

@@ -18,6 +18,7 @@ class PathKind(NamedTuple):
     routes: RouteKind | None = None  # paths that wrap, move, or whose points come in at once
     monomials: int = 0  # that polynomials have in common, see `polynomial_path.py`; 0: no path is a polynomial
     others: bool = True  # whether some paths are neither
+    gathers: bool = False  # whether some segments of these act on a crossing by several joints
 
     @property
     def wraps(self) -> bool:
@@ -36,7 +37,8 @@ def any_stretch_of(
     wrench: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path of any kind, see `path.stretch_of`."""
-    others, some_others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers, wrench), kind.others
+    others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers, wrench, kind.gathers)
+    some_others = kind.others
     routes, polynomials = kind.routes is not None, kind.monomials > 0
     if not routes and not polynomials:
         return others
