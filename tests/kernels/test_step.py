@@ -84,8 +84,9 @@ def test_blocks_are_made_for_multiprocessors_as_their_maker_says():
 
 
 ABSENT = {  # modules of kernels that a pendulum on springs of the ground needs nothing of
-    "body.constraints", "body.hybrid", "body.resistance", "contact.belts", "contact.beneath", "contact.gait_cycle",
-    "contact.soft_constraint", "contact.terrain", "contact.touching", "contact.walls", "force.forces", "water.stage",
+    "constraint.constraints", "body.hybrid", "body.resistance", "contact.belts", "contact.beneath",
+    "contact.gait_cycle", "contact.soft_constraint", "contact.terrain", "contact.touching", "contact.walls",
+    "force.forces", "water.stage",
 }  # fmt: skip
 
 

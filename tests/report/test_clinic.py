@@ -85,8 +85,8 @@ def test_a_cost_that_is_not_judged_is_no_number_that_is_read_first(judgement):
 
 
 def test_what_impairs_a_patient_stands_on_the_page(judgement):
-    patient = replace(judgement, impaired=("calf: f_max times 0.5 of lSOL, lGAS",))
-    assert "Impaired: calf: f_max times 0.5 of lSOL, lGAS." in clinic_html("a patient", patient)
+    patient = replace(judgement, impaired=("calf: f_max x 0.5 of lSOL, lGAS",))
+    assert "Impaired: calf: f_max x 0.5 of lSOL, lGAS." in clinic_html("a patient", patient)
     assert "Impaired" not in clinic_html("a walk", judgement)
 
 

@@ -117,7 +117,7 @@ EQUAL_CHANGES: dict[tuple[str, str, str], str] = {  # by what stands there after
         "one more coefficient that is none, and cut off behind",
     ("warpmuscle/kernels/control/gait_sensors.py", "w = q[3]", "4"):
         "Warp gives the last number of a quaternion for every index beyond the others",
-    ("warpmuscle/kernels/body/constraint_solution.py",
+    ("warpmuscle/kernels/constraint/solution.py",
      "largest = wp.max(largest, wp.abs(work.followed_matrix[row * count + row]))", "row * count - row"):
         "the scale of a tolerance: how little must move along a row for it to count as immobile",
     ("warpmuscle/model/routes.py",

@@ -13,12 +13,12 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric
 from warpmuscle.kernels.body.composite_bodies import add_mass_matrix
-from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
 from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
 from warpmuscle.kernels.body.speed_axes import speed_rate_of
+from warpmuscle.kernels.constraint.constraints import constraint_stage
 from warpmuscle.kernels.contact.contact_laws import SPRING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of

@@ -9,9 +9,9 @@ from typing import Any, NamedTuple
 
 import warp as wp
 
-from warpmuscle.kernels.body.constraints import constraint_stage
 from warpmuscle.kernels.body.hybrid import hybrid_integrate_stage
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
+from warpmuscle.kernels.constraint.constraints import constraint_stage
 from warpmuscle.kernels.contact.belts import mean_velocity
 from warpmuscle.kernels.contact.collision import collision_stage_of
 from warpmuscle.kernels.contact.gait_cycle import advance_cycles

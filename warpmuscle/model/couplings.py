@@ -11,8 +11,8 @@ from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_device, to_device
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.body.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
+from warpmuscle.kernels.constraint.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import acting_unknowns
 from warpmuscle.scene import Character, Constraint, Displacement, Joint, Scene

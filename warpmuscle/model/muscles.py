@@ -37,7 +37,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
-OWN_RATES = {"blended": structs.BLENDED, "excited": structs.EXCITED}
+RATES = {"blended": structs.BLENDED, "excited": structs.EXCITED}
 HILL = "hill"  # the law of muscles that ask for no other
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
@@ -71,12 +71,12 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     name = law_of(model)
     pulleys = any(muscle.pulleys for muscle in muscles)
     hill = name == HILL
-    own = own_activations(muscles, model)
+    several = has_several_activations(muscles, model)
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
-        neural=hill and model.activation == "neural", excited=hill and model.activation == "excited" and not own,
-        blended=hill and model.activation == "blended" and not own,
-        smoothed=hill and (own or (model.activation == "scaled" and is_smoothed(muscles, model))),
+        neural=hill and model.activation == "neural", excited=hill and model.activation == "excited" and not several,
+        blended=hill and model.activation == "blended" and not several,
+        smoothed=hill and (several or (model.activation == "scaled" and is_smoothed(muscles, model))),
         implicit=hill and model.implicit_damping,
         special_curves=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
@@ -88,7 +88,7 @@ def is_smoothed(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
     return any(isinstance(width, Free) or bool(np.any(width)) for width in widths)
 
 
-def own_activations(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
+def has_several_activations(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
     """Whether activations of some muscles rise and fall by another law than those of the others."""
     return any(given(muscle, model, "activation") != model.activation for muscle in muscles)
 
@@ -155,10 +155,10 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
         s.curve_table = to_device(before, wp.vec2, device)
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
-    several = own_activations(muscles, model)
+    several = has_several_activations(muscles, model)
     if several or is_smoothed(muscles, model):
         widths = [
-            OWN_RATES.get(given(one, model, "activation"), given(one, model, "activation_smoothing")) for one in muscles
+            RATES.get(given(one, model, "activation"), given(one, model, "activation_smoothing")) for one in muscles
         ]  # fmt: skip
         s.smoothing = to_device(rows(widths), float, device)
     _excitations(s, muscles, device)

@@ -38,9 +38,9 @@ def test_numbers_of_the_named_muscles_are_multiplied_and_no_others():
 
 def test_impairments_are_told_with_their_muscles_and_what_is_not_1():
     scene = impaired_arm(weak=Impairment(["fl*"], f_max=0.5, delay=2.0), none=Impairment(["*"]))
-    assert in_words(scene) == ["weak: f_max times 0.5, delay times 2 of flexor"]
+    assert in_words(scene) == ["weak: f_max x 0.5, delay x 2 of flexor"]
     free = impaired_arm(search=Impairment(["*"], f_max=Free(0.5, 0.2, 1.0)))
-    assert in_words(free) == ["search: f_max times a free or commanded number of flexor, extensor"]
+    assert in_words(free) == ["search: f_max x a free or commanded number of flexor, extensor"]
     assert in_words(numeric(scene)) == []  # which muscles have in their numbers
 
 

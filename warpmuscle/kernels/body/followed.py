@@ -26,12 +26,12 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_inverse, symmetric_product, symmetric_times
-from warpmuscle.kernels.body.constraint_solution import solve_constrained
 from warpmuscle.kernels.body.coordinate_joint import accelerate_any, accelerate_any_remaining, coordinate_axis
 from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_children
 from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.motion import prescribed_root
 from warpmuscle.kernels.body.single_axes import correct_single_of
+from warpmuscle.kernels.constraint.solution import solve_constrained
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (

@@ -6,7 +6,6 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric, symmetric_inverse, symmetric_times
-from warpmuscle.kernels.body.constraints import pushed
 from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, joint_drift
 from warpmuscle.kernels.body.dynamics import (
     Articulated,
@@ -19,6 +18,7 @@ from warpmuscle.kernels.body.dynamics import (
 )
 from warpmuscle.kernels.body.hybrid import second_axis
 from warpmuscle.kernels.body.joint_motion import has_motion
+from warpmuscle.kernels.constraint.constraints import pushed
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import BALL, FIXED, SECOND_HINGE, UNIVERSAL, ModelRef, ScratchRef, at, nonnegative

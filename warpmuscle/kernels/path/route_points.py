@@ -57,10 +57,7 @@ def motion_rates(instance: int, motion: int, model: ModelRef, state: StateRef) -
         place = wp.where(turn == 0, held, q)
         piece = at(pieces, instance, piece_of(pieces, instance, plan.first_piece, plan.end_piece, place))
         found = cubic_rates(piece.c, place - piece.start)
-        if turn == 0:
-            rates = found
-        else:
-            rates = wp.vec3(rates[0], found[1], found[2])
+        rates = wp.vec3(wp.where(turn == 0, found[0], rates[0]), found[1], found[2])
     return rates
 
 

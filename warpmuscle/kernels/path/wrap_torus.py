@@ -165,8 +165,8 @@ def place_as_opensim(a: wp.vec3, b: wp.vec3, circle: float) -> wp.vec3:
     start = wp.vec3d(a)
     n = wp.normalize(wp.vec3d(b) - start)
     ring = wp.float64(circle)
-    along = wp.dot(start, n)
     flat = start[0] * n[0] + start[1] * n[1]
+    along = flat + start[2] * n[2]
     square = n[0] * n[0] + n[1] * n[1]
     rest = start[0] * start[0] + start[1] * start[1]
     zero = wp.float64(0.0)

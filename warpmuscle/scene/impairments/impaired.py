@@ -33,14 +33,14 @@ def in_words(scene: Scene) -> list[str]:
     found = []
     for name, impairment in scene.impairments.items():
         factors = {field: getattr(impairment, field) for field in FACTORS}
-        told = [
-            f"{field} times {f'{factor:.4g}' if isinstance(factor, int | float) else 'a free or commanded number'}"
+        changes = [
+            f"{field} x {f'{factor:.4g}' if isinstance(factor, int | float) else 'a free or commanded number'}"
             for field, factor in factors.items()
             if factor != 1.0
         ]
-        if told:
+        if changes:
             muscles = impaired_muscles(impairment, scene.character.muscles)
-            found.append(f"{name}: {', '.join(told)} of {', '.join(muscles) or 'no muscle'}")
+            found.append(f"{name}: {', '.join(changes)} of {', '.join(muscles) or 'no muscle'}")
     return found
 
 

@@ -2,11 +2,11 @@
 
 A constraint holds one to six numbers g(q) at 0. Row by row it is a push W on a body, a force at a point or a moment,
 and the same backwards on another body, so that with their accelerations a the number's is g'' = W . a + c. The size
-x of the push is one more unknown of the equations in `followed.py`, to which it gives
+x of the push is one more unknown of the equations in `body.followed`, to which it gives
 
     U = -W on the one body and W on the other,    R = U . a = c - g'' wanted,
 
-where D has -J M^-1 J^T between pushes, so that one recursion serves both; `constraint_solution.py` solves them. What is
+where D has -J M^-1 J^T between pushes, so that one recursion serves both; `solution.py` solves them. What is
 wanted keeps g at 0 against rounding and the errors of steps of the length h (Baumgarte 1972, Comput. Methods Appl.
 Mech. Eng. 1:1-16, here in units of a time t):
 

@@ -1,4 +1,4 @@
-"""The sizes of pushes that close loops, from the equations of `followed.py`, which may have them more than once.
+"""The sizes of pushes that close loops, from the equations of `body.followed`, which may have them more than once.
 
 With their rows J and the mass matrix M, -J M^-1 J^T stands between pushes. Rows that push as others together do share
 what there is to push, since each gives way by a little, E x, and one along which nothing can move is left out. What
@@ -12,7 +12,7 @@ its greatest length N, the last term counts 1 - N times, so that they add up to 
 
 import warp as wp
 
-from warpmuscle.kernels.body.constraints import QUICKEST, STIFFNESS
+from warpmuscle.kernels.constraint.constraints import QUICKEST, STIFFNESS
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import any_lane, synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, at, nonnegative

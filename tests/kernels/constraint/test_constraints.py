@@ -7,7 +7,7 @@ import pytest
 
 from reduced_tree import energy
 from warpmuscle.core.pose import about, conjugate, multiply, normalized, rotate
-from warpmuscle.kernels.body.constraints import DAMPING, STIFFNESS
+from warpmuscle.kernels.constraint.constraints import DAMPING, STIFFNESS
 from warpmuscle.scene import (
     Actuation,
     Body,
