@@ -186,7 +186,7 @@ def limited(*arguments, cwd, shell="", **environment):
         (
             "touch kernels",
             {"WARP_CACHE_PATH": "HERE/kernels"},
-            "what should be its folder is a file; WARP_CACHE_PATH may",
+            "what should be its folder is a file; set WARP_CACHE_PATH",
         ),
         ("ulimit -f 8", {"WARP_CACHE_PATH": "HERE/cache"}, "compiled kernels cannot be written: file too large"),
     ],

@@ -192,7 +192,7 @@ def test_files_called_as_the_changed_function_come_before_what_only_imports_it(o
     path = "warpmuscle/model/couplings.py"
     source = (ROOT / path).read_text().splitlines()
     line = next(k for k, text in enumerate(source, 1) if text.startswith("def constraints_struct"))
-    assert "tests/kernels/body/test_constraints.py" in order.of(path, line + 2)[:2]
+    assert "tests/kernels/constraint/test_constraints.py" in order.of(path, line + 2)[:2]
 
 
 def test_all_files_run_once_in_their_order_the_first_ones_by_themselves():

@@ -14,7 +14,6 @@ import warp as wp
 
 from warpmuscle.kernels import stages, step_parts
 from warpmuscle.kernels.body import (
-    constraints,
     coordinate_joint,
     dynamics,
     followed,
@@ -27,6 +26,7 @@ from warpmuscle.kernels.body import (
     kinematics,
     motion,
 )
+from warpmuscle.kernels.constraint import constraints, solution
 from warpmuscle.kernels.contact import collision, touching
 from warpmuscle.kernels.contact.body_contact import body_contact_of
 from warpmuscle.kernels.control import control, coordinate_control, simbicon
@@ -110,7 +110,7 @@ def functions() -> dict[str, tuple[Any, ...]]:
             dynamics.accelerate_root, dynamics.forward_pass_of(dynamics.accelerate_body),
             dynamics.forward_pass_of(coordinate_joint.accelerate_any),
             follower.forward_pass_of_clusters(coordinate_joint.accelerate_any),
-            followed.close_root_of(True), constraints.solve_constrained,
+            followed.close_root_of(True), solution.solve_constrained,
             followed.close_root, followed.solve_followed, followed.move_root, followed.correct_joint_of(False),
             dynamics.forward_pass_of(followed.accelerate_followed_of(False)),
         ),

@@ -2,25 +2,24 @@
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.learning.reward_structs import COUNT, NUMBERS, Gains, GaitTable, RewardRules
 from warpmuscle.kernels.learning.senses import steepest_piece
 from warpmuscle.kernels.objective.term_functions import bin_of
 from warpmuscle.kernels.structs import State, at
-
-wp.set_module_options({"enable_backward": False})
 
 SPEED_WIDTH, POSE_WIDTH, IMITATION_WIDTH, FORCE_WIDTH, FORCE_LIMIT = range(COUNT, NUMBERS)
 QUATERNION = 4  # coordinates of a ball joint
 LOADED = 0.03  # body weights, from which on a foot carries, as in `scene.ground`
 
 
-@wp.func
+@func
 def closeness(squared_angle: float, width: float) -> float:
     """exp(-(angle/width)^2)."""
     return wp.exp(-squared_angle / (width * width))
 
 
-@wp.func
+@func
 def smoothed(first: bool, before: float, now: float, share: float) -> float:
     """A low-pass of first order, which begins with the first value."""
     if first:
@@ -28,7 +27,7 @@ def smoothed(first: bool, before: float, now: float, share: float) -> float:
     return before + share * (now - before)
 
 
-@wp.func
+@func
 def speed_row(speed: float, gait: GaitTable) -> int:
     """The speed of the table that is nearest to a wanted one, m/s."""
     if gait.speeds < 2:
@@ -36,27 +35,27 @@ def speed_row(speed: float, gait: GaitTable) -> int:
     return wp.clamp(int(wp.round((speed - gait.first_speed) / gait.speed_step)), 0, gait.speeds - 1)
 
 
-@wp.func
+@func
 def wanted_force(phase: float, row: int, gait: GaitTable) -> float:
     """People's vertical force at a part of the cycle, body weights."""
     return gait.force[row, bin_of(phase, gait.force.shape[1])]
 
 
-@wp.func
+@func
 def people_load(foot: int, phase: float, row: int, gait: GaitTable) -> float:
     """People's vertical force on a foot at a part of the left foot's cycle, body weights."""
     lag = wp.where(foot == 0, 0.0, gait.right)
     return wanted_force(phase - lag - wp.floor(phase - lag), row, gait)
 
 
-@wp.func
+@func
 def foot_load(instance: int, foot: int, reward: RewardRules, state: State) -> float:
     """Vertical force on a foot, in weights of the body as it is, not less than 0."""
     weight = at(reward.total_mass, instance, 0) * at(reward.gravity, instance, 0)
     return wp.max(state.foot_force[instance, foot][1] / weight, 0.0)
 
 
-@wp.func
+@func
 def force_closeness(
     instance: int, phase: float, row: int, reward: RewardRules, gains: Gains, state: State,
 ) -> float:  # fmt: skip
@@ -73,7 +72,7 @@ def force_closeness(
     return total / float(wp.max(feet, 1))
 
 
-@wp.func
+@func
 def contact_likeness(instance: int, phase: float, row: int, reward: RewardRules, state: State) -> float:
     """Share of the feet that are on the ground where people's are, or in the air where theirs are."""
     alike = wp.float32(0.0)
@@ -85,7 +84,7 @@ def contact_likeness(instance: int, phase: float, row: int, reward: RewardRules,
     return alike / float(wp.max(feet, 1))
 
 
-@wp.func
+@func
 def imitation(
     instance: int, phase: float, speed: int, up: wp.vec3, width: float, gait: GaitTable, state: State
 ) -> float:
@@ -111,7 +110,7 @@ def imitation(
     return total
 
 
-@wp.func
+@func
 def other_steps(instance: int, reward: RewardRules, state: State) -> float:
     """How much the ground asks for other steps than a gait on even ground, 0 to 1."""
     return wp.clamp(2.0 * steepest_piece(instance, state, reward.around) / reward.uneven - 1.0, 0.0, 1.0)

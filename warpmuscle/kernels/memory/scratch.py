@@ -74,8 +74,7 @@ LIVES = {
         Life("backward", "forward"),
     ),
     **dict.fromkeys(("followed_matrix", "followed_acceleration"), Life("backward", "forward")),
-    **dict.fromkeys(("push_force", "push_moment", "push_other_moment"), Life("motion", "forward")),
-    "push_wanted": Life("motion", "backward"),
+    **dict.fromkeys(("push_force", "push_moment", "push_other_moment", "push_wanted"), Life("motion", "forward")),
     "push_mobility": Life("forward", "forward"),
 }
 APART = ("center", "flags", "near")  # whose places nothing else takes
