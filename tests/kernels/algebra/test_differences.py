@@ -9,8 +9,6 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import rotation_matrix
 from warpmuscle.kernels.functions import build_options
 
-pytestmark = pytest.mark.long  # they build for a GPU
-
 PLAIN = {"enable_backward": False, "fast_math": True}
 INSTRUCTION = re.compile(r"\s*(mul|add|sub)(?:\.ftz)?\.f(?:32|64)\s+(%f?d?\d+), (\S+), (\S+);")
 
