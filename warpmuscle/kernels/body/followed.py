@@ -31,7 +31,7 @@ from warpmuscle.kernels.body.dynamics import Articulated, move_body, with_childr
 from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.motion import prescribed_root
 from warpmuscle.kernels.body.single_axes import correct_single_of
-from warpmuscle.kernels.constraint.solution import solve_constrained
+from warpmuscle.kernels.constraint.solution import solve_constrained, substitute_back
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
@@ -212,12 +212,7 @@ def solve_followed(lane: int, lanes: int, count: int, work: ScratchRef):
             work.followed_acceleration[i] = work.followed_acceleration[i] - factor * work.followed_acceleration[k]
         synchronize()
     if lane == 0:
-        for step in range(count):
-            k = count - 1 - step
-            right = work.followed_acceleration[k]
-            for l in range(k + 1, count):  # noqa: E741
-                right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
-            work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
+        substitute_back(count, count, work)
 
 
 @func

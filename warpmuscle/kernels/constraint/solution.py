@@ -135,6 +135,17 @@ def refine(lane: int, lanes: int, count: int, first: int, model: ModelRef, work:
 
 
 @func
+def substitute_back(open_yet: int, count: int, work: ScratchRef):
+    """Find the unknowns before this one, the last first, from eliminated equations; those behind it are known."""
+    for step in range(open_yet):
+        k = open_yet - 1 - step
+        right = work.followed_acceleration[k]
+        for l in range(k + 1, count):  # noqa: E741
+            right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
+        work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
+
+
+@func
 def solve_constrained(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
     """`followed.solve_followed` where rows from the first on are of pushes: D is negative there."""
     count = nonnegative(model.couplings.followed)
@@ -158,9 +169,4 @@ def solve_constrained(instance: int, lane: int, lanes: int, model: ModelRef, wor
     add_pushes(1.0, lane, lanes, count, first, work)
     refine(lane, lanes, count, first, model, work)
     if lane == 0:
-        for step in range(first):
-            k = first - 1 - step
-            right = work.followed_acceleration[k]
-            for l in range(k + 1, count):  # noqa: E741
-                right -= work.followed_matrix[k * count + l] * work.followed_acceleration[l]
-            work.followed_acceleration[k] = right / work.followed_matrix[k * count + k]
+        substitute_back(first, count, work)
