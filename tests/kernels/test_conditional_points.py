@@ -6,14 +6,14 @@ from probes import evaluate
 
 from leg_paths import KNEE_BENT, gradient, on_the_knee, with_condition
 from warpmuscle.core.arrays import structs_to_device
-from warpmuscle.kernels.path import path
+from warpmuscle.kernels.path import conditions
 from warpmuscle.scene import Condition
 
 
 @wp.kernel(enable_backward=False)
-def multiply(a: wp.array[path.Weight], b: wp.array[path.Weight], product: wp.array[path.Weight]):
+def multiply(a: wp.array[conditions.Weight], b: wp.array[conditions.Weight], product: wp.array[conditions.Weight]):
     i = wp.tid()
-    product[i] = path.both(a[i], path.without(b[i]))
+    product[i] = conditions.both(a[i], conditions.without(b[i]))
 
 
 def test_products_of_weights_change_by_the_product_rule():
@@ -23,8 +23,10 @@ def test_products_of_weights_change_by_the_product_rule():
         {"value": rng.uniform(size=50), "rate": rng.normal(size=50), "gradient": rng.normal(size=(50, 3))}
         for _ in range(2)
     )
-    product = wp.zeros(50, dtype=path.Weight, device="cpu")
-    wp.launch(multiply, 50, [*(structs_to_device(path.Weight, one, "cpu") for one in (a, b)), product], device="cpu")
+    product = wp.zeros(50, dtype=conditions.Weight, device="cpu")
+    wp.launch(
+        multiply, 50, [*(structs_to_device(conditions.Weight, one, "cpu") for one in (a, b)), product], device="cpu"
+    )
     found, rest = product.numpy(), 1.0 - b["value"]
     np.testing.assert_allclose(found["value"], a["value"] * rest, atol=1e-6)
     np.testing.assert_allclose(found["rate"], a["rate"] * rest - a["value"] * b["rate"], atol=1e-6)
@@ -34,9 +36,9 @@ def test_products_of_weights_change_by_the_product_rule():
 
 def test_weight_of_a_condition_is_half_at_its_ends_and_its_slope_is_its_derivative():
     angle, h = np.linspace(-2.0, 2.0, 400), 1e-3
-    value = evaluate(path.condition_weight, [-0.7, 0.9], -0.7, 0.9, 0.2)[:, 0]
+    value = evaluate(conditions.condition_weight, [-0.7, 0.9], -0.7, 0.9, 0.2)[:, 0]
     np.testing.assert_allclose(value, 0.5, atol=1e-6)
-    weight = [evaluate(path.condition_weight, angle + d, -0.7, 0.9, 0.2) for d in (-h, 0.0, h)]
+    weight = [evaluate(conditions.condition_weight, angle + d, -0.7, 0.9, 0.2) for d in (-h, 0.0, h)]
     np.testing.assert_allclose(weight[1][:, 1], (weight[2] - weight[0])[:, 0] / (2.0 * h), atol=5e-3)
 
 

@@ -54,7 +54,7 @@ def muscle_lines(character: Character, muscles: Sequence[str], body_names: Seque
 
 
 def point_weights(lines: MuscleLines, recording: Recording, character: Character) -> Floats:
-    """How much each conditional point counts over time, (F, C), 0..1, as `path.condition_weight` has it."""
+    """How much each conditional point counts over time, (F, C), 0..1, as `conditions.condition_weight` has it."""
     weights = np.ones((recording.frames, len(lines.conditions)))
     for number, condition in enumerate(lines.conditions):
         angle = _angle(recording, character, condition)

@@ -9,7 +9,8 @@ import warp as wp
 
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
-from warpmuscle.kernels.path.path import PathState, add_crossings, coordinate_gradient
+from warpmuscle.kernels.path.conditions import coordinate_gradient
+from warpmuscle.kernels.path.path import PathState, add_crossings
 from warpmuscle.kernels.structs import ModelRef, PolynomialTerm, ScratchRef, StateRef, nonnegative
 
 

@@ -15,7 +15,8 @@ from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import RowsOf, rows_in, rows_of
-from warpmuscle.kernels.path.path import coordinate_gradient, offset_between, segment_moment_arm
+from warpmuscle.kernels.path.conditions import coordinate_gradient
+from warpmuscle.kernels.path.path import offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import LEVER_BITS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.path.route_points import slopes_of
 from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, at, nonnegative
