@@ -23,10 +23,10 @@ from warpmuscle.kernels.inverse import inverse_dynamics as dynamics
 from warpmuscle.kernels.inverse import muscle_moments
 from warpmuscle.kernels.inverse.model_forces import model_forces_of
 from warpmuscle.model.build import with_fields
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.muscles import muscle_kind, muscles_struct
 from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct, route_struct
-from warpmuscle.model.routes import path_kind
 from warpmuscle.scene import Muscle, Scene
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.scene.parameters import start_values, substitute
@@ -126,6 +126,7 @@ class BodyModel:
         self.muscles = tuple(self._muscles)
         self.pulls = np.array([not is_cable(muscle) for muscle in self._muscles.values()], dtype=bool)
         self.table = path_table(self._muscles, self.topology, character, couples=True)
+        self.grouped = grouped_paths(self.table, self.topology, character, together=False)
         columns = np.array(self.table.levers(self.topology.speed_start), dtype=np.int64).reshape(-1, 5).T
         self._levers: Integers = columns[:3]
         self.lever_muscle, self.lever_speed = columns[3], columns[4]
@@ -161,8 +162,10 @@ class BodyModel:
             stages = Stages(self.scene, room, str(self.device))
             own = {
                 "muscles": muscles_struct(self.scene, self.muscles, self.device),
-                "paths": paths_struct(self.table, self.topology, self.scene.character, self.device),
-                "routes": route_struct(self.table, self._muscles, self.topology, self.scene.character, self.device),
+                "paths": paths_struct(self.table, self.grouped, self.topology, self.scene.character, self.device),
+                "routes": route_struct(
+                    self.table, self.grouped, self._muscles, self.topology, self.scene.character, self.device
+                ),
             }
             stages.model = with_fields(stages.model, own)
             stages.state.accelerations.zero_()
@@ -235,7 +238,7 @@ class BodyModel:
             if levers
             else wp.zeros(0, dtype=muscle_moments.Lever, device=self.device)
         )
-        paths = path_kind(self._muscles.values(), self.scene.character, self.table.most_levers)
+        paths = self.grouped.kind_of(self._muscles.values(), self.scene.character)
         wp.launch(
             muscle_moments.muscle_moments_of(paths), n, [stages.model, stages.state, stages.workspace, on],
             [arm, length, speed, moment_arm], device=self.device,

@@ -41,6 +41,7 @@ FIRST_OF_CROSSING, LAST_OF_CROSSING = 4, 8  # no contribution before is to the c
 IN_FIRST_SEGMENT = 64  # nor is one of a segment before
 LAST_OF_SEGMENT = 16  # none of the segment behind it is to the crossing
 BY_COORDINATE = 32  # the joint is as in `coordinate_joint.py`
+GROUPS = 128  # times the number of a group and one more; less: the joint is by itself
 
 
 @wp.struct
@@ -50,7 +51,24 @@ class Contribution:
     crossing: int
     joint: int
     driver: int  # the joint that this one follows, or itself
-    marks: int  # END_BEYOND ... BY_COORDINATE
+    marks: int  # END_BEYOND ... GROUPS
+
+
+@wp.struct
+class JointGroup:
+    """Joints of one coordinate each that the same one moves: what they do together, in the place of the first."""
+
+    joint: int  # the first
+    first_member: int
+    end_member: int  # the one after its last
+
+
+@wp.struct
+class GroupMember:
+    """A joint of a group."""
+
+    joint: int
+    sign: float  # 1, or -1 if a path that ends beyond the first starts beyond this one
 
 
 @wp.struct
@@ -106,6 +124,8 @@ class Paths:
     segment: wp.array[Segment]  # (segments,)
     ends: wp.array2d[SegmentEnds]  # (rows, segments)
     contribution: wp.array[Contribution]  # (contributions,)
+    group: wp.array[JointGroup]  # (groups,) the largest ones first; only kernels that have groups read them
+    member: wp.array[GroupMember]  # (members,)
     straight: wp.array[Straight]  # (muscles,) if all paths are such; the ends of each are those of its segment
     of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts
@@ -238,6 +258,8 @@ class MuscleState:
     force: wp.array2d[float]  # (instances, muscles) N
     moment_arm: wp.array2d[wp.vec3]  # (instances, crossings) m, world; while torques are shared out, scaled
     part_torque: wp.array2d[wp.vec3]  # (instances, parts) N m, world, see `torque_parts.py`; else no instances
+    group_turning: wp.array2d[wp.vec3]  # (instances, groups) as `Scratch.coordinate_turning` of a joint; else none
+    group_moving: wp.array2d[wp.vec3]  # and as `Scratch.coordinate_moving`, of the place of the first joint
     sharing: SharingState
     apart: PathsApart
     # Of reflexes, and of other controllers that excite muscles; no instances where there are none:

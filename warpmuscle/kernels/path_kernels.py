@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities, put_groups
 from warpmuscle.kernels.body.joint_stages import joint_stages_of
 from warpmuscle.kernels.functions import CPU_FLAGS, build_options
 from warpmuscle.kernels.known_kernels import known_kernel
@@ -104,6 +104,8 @@ def places_for_paths_of(kind: StepKind) -> Any:
     kinematics_stage = joint_stages_of(kind.skeleton, kind.several_warps).kinematics
     coordinates, extensions_struct = kind.skeleton.with_coordinates, kind.extensions
     coordinate_speeds = coordinate_velocities if coordinates else None
+    grouped = kind.muscles is not None and kind.muscles.paths.groups > 0
+    join = put_groups if grouped else None
 
     @wp.func(inline=True)
     def places_for_paths(
@@ -112,6 +114,8 @@ def places_for_paths_of(kind: StepKind) -> Any:
     ) -> int:  # fmt: skip
         kinematics_stage(instance, lane, lanes, model, state, work)
         synchronize()
+        if wp.static(grouped):
+            join(instance, lane, lanes, model, state, work)
         joint_velocities(lane, lanes, model, work)
         if wp.static(coordinates):
             coordinate_speeds(instance, lane, lanes, model, work)

@@ -73,6 +73,7 @@ class Lever:
     crossing: int
     joint: int
     beyond: int  # a bit a stop that is beyond the joint: points first, then wraps from WRAP_BIT on
+    group: int  # of joints that moves as one, the joint being its first; -1: the joint by itself
 
 
 @wp.struct

@@ -13,7 +13,7 @@ import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import full, symmetric
 from warpmuscle.kernels.body.composite_bodies import add_mass_matrix
-from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities, put_groups
 from warpmuscle.kernels.body.inertia import body_inertia_of
 from warpmuscle.kernels.body.joint_motion import MotionOf, coupled_motion, slide_motion, turning_motion
 from warpmuscle.kernels.body.joint_stages import SkeletonKind, joint_stages_of
@@ -160,7 +160,8 @@ def stretch_all_of(kind: PathKind) -> Any:
         kind: what there is besides segments and pulleys.
     """
     any_stretch = any_stretch_of(kind, coordinate_joints=True, followers=True)
-    polynomials = kind.monomials > 0
+    polynomials, grouped = kind.monomials > 0, kind.groups > 0
+    join = put_groups if grouped else None
 
     @wp.func
     def stretch_all(
@@ -173,6 +174,8 @@ def stretch_all_of(kind: PathKind) -> Any:
         arm: wp.array[wp.vec3],
     ):
         kinematics_stage(instance, 0, 1, model, state, work)
+        if wp.static(grouped):
+            join(instance, 0, 1, model, state, work)
         joint_velocities(0, 1, model, work)
         coordinate_velocities(instance, 0, 1, model, work)
         if wp.static(polynomials):

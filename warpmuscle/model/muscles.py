@@ -21,12 +21,12 @@ from warpmuscle.kernels.muscle.muscle_laws import LAWS
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.controllers.gait_states import gait_states_struct
 from warpmuscle.model.expressions.programs import expression_tables
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.path_table import PathTable, path_table
 from warpmuscle.model.paths import all_straight, paths_struct, route_struct, torque_parts
 from warpmuscle.model.reflexes import reflexes_struct
-from warpmuscle.model.routes import path_kind
 from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type
@@ -183,7 +183,7 @@ def compiled_kind(
     joints = compiled_skeleton(scene.character)
     smooth = (muscle for muscle in found.of(scene) if not is_route(muscle))
     conditions = any(point.condition is not None for muscle in smooth for point in muscle.path)
-    muscles = found.of(scene)
+    muscles, grouped = found.of(scene), grouped_paths(found.table, names, scene.character)
     return kind._replace(
         straight=lean and in_scratch and all_straight(found.table, names, scene.character),
         timed=not lean or any(muscle.excitation is not None for muscle in muscles),
@@ -191,9 +191,7 @@ def compiled_kind(
         pulls_in_scratch=in_scratch, mixed=structs.MIXED in drives, conditions=conditions,
         delayed=not lean or any(not isinstance(muscle.delay, float) or muscle.delay > 0.0 for muscle in muscles),
         coordinate_joints=bool(joints.joints), followers=joints.follows, shared=shared_joints(scene, names, found),
-        paths=path_kind(found.of(scene), scene.character, found.table.most_levers)._replace(
-            gathers=any(crossing.gathers for crossing in found.table.crossings)
-        ),
+        paths=grouped.kind_of(muscles, scene.character)._replace(gathers=grouped.gathers),
     )  # fmt: skip
 
 
@@ -300,7 +298,7 @@ def _rest(own: Actuation) -> Floats:
 
 def muscle_state(
     instances: int, muscles: int, crossings: int, capacity: int, zeros: Callable[..., wp.array], excited: bool = False,
-    sharing_bodies: int = 0, apart_bodies: int = 0, parts: int = 0,
+    sharing_bodies: int = 0, apart_bodies: int = 0, parts: int = 0, groups: int = 0,
 ) -> structs.MuscleState:  # fmt: skip
     """Room for the state of the muscles of a batch; `capacity` is the longest delay in steps and one.
 
@@ -309,7 +307,7 @@ def muscle_state(
         excited: whether a controller excites muscles, and so wants to know what they feel.
         sharing_bodies: of the character, where torques are shared out among muscles; else 0.
         apart_bodies: the same where a kernel of its own finds paths.
-        parts: that torques of joints are added up in.
+        parts: that torques of joints are added up in. groups: of joints that move as one for paths.
     """
     shape = (instances, max(muscles, 1))
     s = structs.MuscleState()
@@ -318,6 +316,8 @@ def muscle_state(
     s.excitation_ring = zeros(instances, max(capacity, 1), shape[1])
     s.moment_arm = zeros(instances, max(crossings, 1), dtype=wp.vec3)
     s.part_torque = zeros(instances if parts else 0, parts, dtype=wp.vec3)
+    for name in ("group_turning", "group_moving"):
+        setattr(s, name, zeros(instances if groups else 0, groups, dtype=wp.vec3))
     sharing = instances if sharing_bodies else 0
     s.sharing.muscle = zeros(sharing, shape[1], dtype=structs.SharedMuscle)
     s.sharing.share = zeros(sharing, shape[1])
@@ -342,11 +342,12 @@ def model_parts(scene: Scene, names: Topology, found: ActuationMap, device: Any)
     """The parts of the model that muscles need, by field of `kernels.structs.Model`."""
     paths = {name: scene.character.muscles[name] for name in found.muscles}
     table = path_table(paths, names, scene.character)
+    grouped = grouped_paths(table, names, scene.character)
     return {
         "actuation": actuation_struct(scene, names, found.drives, device),
         "muscles": muscles_struct(scene, found.muscles, device),
-        "paths": paths_struct(table, names, scene.character, device),
-        "routes": route_struct(table, paths, names, scene.character, device),
+        "paths": paths_struct(table, grouped, names, scene.character, device),
+        "routes": route_struct(table, grouped, paths, names, scene.character, device),
         "reflexes": reflexes_struct(scene, names, found.muscles, device),
         "gait": gait_states_struct(scene, names, found.muscles, device),
     }

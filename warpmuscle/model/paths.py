@@ -15,6 +15,7 @@ from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_d
 from warpmuscle.kernels import muscle_structs, structs
 from warpmuscle.kernels.force.torque_parts import MANY_CROSSINGS, PART
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.joint_groups import GroupedPaths
 from warpmuscle.model.joints import by_coordinate
 from warpmuscle.model.path_table import MusclePath, PathTable
 from warpmuscle.model.routes import routes_struct
@@ -25,32 +26,38 @@ from warpmuscle.scene.topology import Topology
 ZERO = (0.0, 0.0, 0.0)
 
 
-def paths_struct(table: PathTable, names: Topology, character: Character, device: Any) -> structs.Paths:
+def paths_struct(
+    table: PathTable, grouped: GroupedPaths, names: Topology, character: Character, device: Any
+) -> structs.Paths:
     """The device structure of the paths of all muscles (see `kernels.structs.Paths`).
 
     Args:
         table: of the paths, whose numbers are floats, or (n,) arrays with one value an instance.
+        grouped: what acts on each crossing of the table.
     """
     p = structs.Paths()
     p.fixed_length = to_device(_fixed_lengths(table), float, device)
-    by_segment = _contributions(table, names, character)
+    by_segment = _contributions(table, grouped, names, character)
     _put_conditions(p, table, names, device)
     _put_segments(p, table, names, character, starts(map(len, by_segment)), device)
     flat = [one for group in by_segment for one in group]
     columns = {name: [one[name] for one in flat] for name in structs.Contribution.vars}
     p.contribution = records_to_device(structs.Contribution, device, **columns)
     p.straight = records_to_device(structs.Straight, device, **_straight(table, names, character))
+    _put_groups(p, grouped, device)
     _put_crossings(p, table, names, device)
     _put_pulleys(p, table, device)
     return p
 
 
-def _contributions(table: PathTable, names: Topology, character: Character) -> list[list[dict[str, int]]]:
+def _contributions(
+    table: PathTable, grouped: GroupedPaths, names: Topology, character: Character
+) -> list[list[dict[str, int]]]:
     """What each segment contributes to crossings, by field of `kernels.structs.Contribution`."""
     found: list[list[dict[str, int]]] = [[] for _ in table.segments]
-    for i, crossing in enumerate(table.crossings):
-        segments = [segment for segment, _, _ in crossing.terms]
-        for place, (segment, sign, mover) in enumerate(crossing.terms):
+    for i, terms in enumerate(grouped.terms):
+        segments = [term.segment for term in terms]
+        for place, (segment, sign, mover, group) in enumerate(terms):
             marks = {
                 muscle_structs.END_BEYOND: sign > 0, muscle_structs.START_BEYOND: sign < 0,
                 muscle_structs.FIRST_OF_CROSSING: place == 0,
@@ -61,9 +68,22 @@ def _contributions(table: PathTable, names: Topology, character: Character) -> l
             }  # fmt: skip
             found[segment].append({
                 "crossing": i, "joint": mover, "driver": names.driver[mover],
-                "marks": sum(mark for mark, is_so in marks.items() if is_so),
+                "marks": sum(mark for mark, is_so in marks.items() if is_so) + muscle_structs.GROUPS * (group + 1),
             })  # fmt: skip
     return found
+
+
+def _put_groups(p: structs.Paths, grouped: GroupedPaths, device: Any) -> None:
+    """Put in the groups of joints that move as one."""
+    start = starts(map(len, grouped.groups))
+    p.group = records_to_device(
+        muscle_structs.JointGroup, device,
+        joint=[group[0][0] for group in grouped.groups], first_member=start[:-1], end_member=start[1:],
+    )  # fmt: skip
+    members = [member for group in grouped.groups for member in group]
+    p.member = records_to_device(
+        muscle_structs.GroupMember, device, joint=[joint for joint, _ in members], sign=[sign for _, sign in members]
+    )
 
 
 def _put_conditions(p: structs.Paths, table: PathTable, names: Topology, device: Any) -> None:
@@ -150,15 +170,16 @@ def _put_pulleys(p: structs.Paths, table: PathTable, device: Any) -> None:
 
 
 def route_struct(
-    table: PathTable, paths: Mapping[str, MusclePath], names: Topology, character: Character, device: Any
-) -> structs.Routes:
+    table: PathTable, grouped: GroupedPaths, paths: Mapping[str, MusclePath], names: Topology, character: Character,
+    device: Any,
+) -> structs.Routes:  # fmt: skip
     """The device structure of the routes and polynomials of all muscles, by name, which the table is of.
 
     See `kernels.structs.Routes`.
     """
-    levers: list[list[tuple[int, int, int]]] = [[] for _ in table.muscles]
-    for i, crossing in enumerate(table.crossings):
-        levers[crossing.muscle] += [(i, *lever) for lever in crossing.levers]
+    levers: list[list[tuple[int, int, int, int]]] = [[] for _ in table.muscles]
+    for i, (crossing, own) in enumerate(zip(table.crossings, grouped.levers, strict=True)):
+        levers[crossing.muscle] += [(i, *lever) for lever in own]
     number = {(crossing.muscle, crossing.joint): i for i, crossing in enumerate(table.crossings)}
     first = [sum(point.condition is not None for point in table.points[:start]) for start in table.point_start[:-1]]
     return routes_struct(paths, levers, number, first, names, character, device)

@@ -105,7 +105,7 @@ def moved_by(muscle: Muscle, joint: str) -> bool:
 
 def routes_struct(
     muscles: Mapping[str, Any],
-    levers: Sequence[Sequence[tuple[int, int, int]]],
+    levers: Sequence[Sequence[tuple[int, int, int, int]]],
     crossing: Mapping[tuple[int, int], int],
     first_condition: Sequence[int],
     names: Topology,
@@ -116,7 +116,7 @@ def routes_struct(
 
     Args:
         muscles: their numbers are floats, or (n,) arrays with one value an instance.
-        levers: of each muscle, crossing, joint and stops beyond it.
+        levers: of each muscle, crossing, joint, stops beyond it, and group of joints.
         crossing: by muscle and joint. first_condition: number of the first condition of each muscle's points.
     """
     paths = [muscle if isinstance(muscle, Muscle) and is_route(muscle) else None for muscle in muscles.values()]
@@ -136,6 +136,7 @@ def routes_struct(
     r.lever = records_to_device(
         structs.Lever, device,
         crossing=[lever[0] for lever in flat], joint=[lever[1] for lever in flat], beyond=[lever[2] for lever in flat],
+        group=[lever[3] for lever in flat],
     )  # fmt: skip
     on_points = [bits_of_levers(own, k) for own, path in zip(levers, points, strict=True) for k in range(len(path))]
     _put_points(r, paths, on_points, crossing, first_condition, names, character, device)
@@ -148,7 +149,7 @@ def routes_struct(
     return r
 
 
-def bits_of_levers(levers: Sequence[tuple[int, int, int]], stop: int) -> int:
+def bits_of_levers(levers: Sequence[tuple[int, int, int, int]], stop: int) -> int:
     """Which of a route's levers a stop is beyond, a bit each, see `structs.RoutePoint`."""
     return sum(1 << k for k, lever in enumerate(levers[:LEVER_BITS]) if lever[2] >> stop & 1)
 

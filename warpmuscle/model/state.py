@@ -10,6 +10,7 @@ import warp as wp
 from warpmuscle.core.arrays import instance_zeros, put
 from warpmuscle.kernels import structs
 from warpmuscle.model.controllers.table import controller_state
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.muscles import ActuationMap, muscle_state, shared_joints
 from warpmuscle.model.objective import term_arrays
 from warpmuscle.model.paths import torque_parts
@@ -59,6 +60,7 @@ def state_struct(
     s.muscles = muscle_state(
         n, len(table.muscles), len(table.crossings), capacity, zeros, excited, sharing_bodies,
         len(names.bodies) if apart else 0, len(torque_parts(table)),
+        len(grouped_paths(table, names, scene.character).groups),
     )  # fmt: skip
     return s
 

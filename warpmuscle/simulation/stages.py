@@ -19,12 +19,12 @@ from warpmuscle.kernels import stages, structs
 from warpmuscle.kernels.contact.contact_laws import LAWS
 from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
 from warpmuscle.model.build import replaced
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.joints import joint_number
 from warpmuscle.model.muscles import muscle_kind, shared_joints
 from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct, route_struct
 from warpmuscle.model.polynomials import monomial_room
-from warpmuscle.model.routes import path_kind
 from warpmuscle.results.recorded_quantities import MUSCLE_QUANTITIES
 from warpmuscle.scene.joints import joint_type, root_type
 from warpmuscle.simulation.kernel_cache import launched
@@ -215,9 +215,10 @@ class Stages(Rollout):
         character, names = self.numeric.character, self.names
         paths = character.muscles
         table = path_table(paths, names, character)
-        fields = {"paths": paths_struct(table, names, character, self.device), "muscles.count": len(paths)}
-        fields["routes"] = route_struct(table, paths, names, character, self.device)
-        kind = path_kind(self.scene.character.muscles.values(), self.scene.character, table.most_levers)
+        grouped = grouped_paths(table, names, character, together=False)
+        fields = {"paths": paths_struct(table, grouped, names, character, self.device), "muscles.count": len(paths)}
+        fields["routes"] = route_struct(table, grouped, paths, names, character, self.device)
+        kind = grouped.kind_of(self.scene.character.muscles.values(), self.scene.character)
         kernel = stages.muscle_paths_of(kind)
         count = max(len(paths), 1)
         outputs = [((count,), float), ((count,), float), ((max(len(table.crossings), 1),), wp.vec3)]
@@ -245,9 +246,10 @@ class Stages(Rollout):
         actuation = self.structure.actuation
         recorder = Recorder(self.structure, n, list(range(n)), 1, 1, self.device)
         muscles = actuation.of(self.scene)
+        grouped = grouped_paths(actuation.table, self.names, self.scene.character)
         kind = muscle_kind(self.scene.muscle_model, muscles)._replace(
             coordinate_joints=bool(self.structure.skeleton.joints), followers=self.structure.skeleton.follows,
-            paths=path_kind(muscles, self.scene.character, actuation.table.most_levers),
+            paths=grouped.kind_of(muscles, self.scene.character),
             shared=shared_joints(self.scene, self.names, actuation),
         )  # fmt: skip
         kernel = stages.muscle_torques(kind, self.structure.controller)

@@ -31,7 +31,6 @@ from warpmuscle.inverse.reactions.joint_frames import FrameOnBody, JointFrames, 
 from warpmuscle.inverse.trial import Loads, each_of
 from warpmuscle.kernels.inverse import joint_reactions as kernels
 from warpmuscle.kernels.inverse.muscle_wrenches import muscle_wrenches_of
-from warpmuscle.model.routes import path_kind
 from warpmuscle.simulation.kernel_cache import said
 
 _JOINTS: WeakKeyDictionary[BodyModel, list[JointFrames]] = WeakKeyDictionary()  # of models that are in use
@@ -210,7 +209,7 @@ def muscle_wrenches(body: BodyModel, states: States, part: slice, tension: Float
     if without is not None:
         raise ArgumentError(f"muscle {without!r} has a path without lines of action, a polynomial or pulleys; "
                             "joint reactions take paths of points")  # fmt: skip
-    kernel = muscle_wrenches_of(path_kind(muscles, body.scene.character, body.table.most_levers))
+    kernel = muscle_wrenches_of(body.grouped.kind_of(muscles, body.scene.character))
     bodies, n = len(body.topology.bodies), part.stop - part.start
     stages = body.stages(states, part)
     line, moment, force = (

@@ -53,6 +53,36 @@ def effort_on(body: int, torque: wp.vec3, force: wp.vec3, work: ScratchRef) -> f
 
 
 @func
+def put_groups(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+    """What joints do together that one coordinate moves: S of all of them, in the place of the first. No barrier."""
+    for g in range(lane, model.paths.group.shape[0], lanes):
+        group = model.paths.group[nonnegative(g)]
+        place = work.position[nonnegative(group.joint)]
+        turning = wp.vec3(0.0)
+        moving = wp.vec3(0.0)
+        for k in range(group.first_member, group.end_member):
+            member = model.paths.member[nonnegative(k)]
+            joint = nonnegative(member.joint)
+            s = work.coordinate_turning[joint] * member.sign
+            turning += s
+            moving += work.coordinate_moving[joint] * member.sign + wp.cross(s, place - work.position[joint])
+        state.muscles.group_turning[instance, g] = turning
+        state.muscles.group_moving[instance, g] = moving
+
+
+@func(inline=True)
+def group_effort(
+    instance: int, joint: int, group: int, torque: wp.vec3, force: wp.vec3, state: StateRef, work: ScratchRef
+) -> float:
+    """`effort_on` a joint, or on a group, whose first it is; no group: below 0."""
+    if group < 0:
+        return effort_on(joint, torque, force, work)
+    g = nonnegative(group)
+    effort = wp.dot(state.muscles.group_turning[instance, g], torque)
+    return effort + wp.dot(state.muscles.group_moving[instance, g], force)
+
+
+@func
 def along_coordinate(
     instance: int, body: int, torque: wp.vec3, force: wp.vec3, model: ModelRef, work: ScratchRef
 ) -> wp.vec3:

@@ -5,7 +5,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities
+from warpmuscle.kernels.body.coordinate_joint import coordinate_velocities, put_groups
 from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind
 from warpmuscle.kernels.force.actuation import (
     actuation_stage_of,
@@ -120,6 +120,8 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
     """The stage of what all muscles need before the first of them: joint velocities, senses, shares of torques."""
     coordinate_joints, polynomials, shared = kind.coordinate_joints, kind.paths.monomials > 0, kind.shared > 0
     sense, senses = controller.sense, controller.sense is not None
+    grouped = kind.paths.groups > 0 and not kind.apart
+    join = put_groups if grouped else None
     places = places_of(kind.pulls_in_scratch)
     coordinate_speeds = coordinate_velocities if coordinate_joints else None
     find_monomials = monomials_stage if polynomials else None
@@ -130,6 +132,8 @@ def preparation_of(kind: MuscleKind, controller: ControllerKind) -> Any:
 
     @inlined(kind)
     def prepare_all(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        if wp.static(grouped):
+            join(instance, lane, lanes, model, state, work)
         joint_velocities(lane, lanes, model, work)
         if wp.static(coordinate_joints):
             coordinate_speeds(instance, lane, lanes, model, work)

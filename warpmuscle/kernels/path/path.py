@@ -16,7 +16,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on
+from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on, group_effort
 from warpmuscle.kernels.body.follower import along_driver
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -25,6 +25,7 @@ from warpmuscle.kernels.muscle_structs import (
     BY_COORDINATE,
     END_BEYOND,
     FIRST_OF_CROSSING,
+    GROUPS,
     IN_FIRST_SEGMENT,
     LAST_OF_CROSSING,
     LAST_OF_SEGMENT,
@@ -142,6 +143,12 @@ def sign_of(own: Contribution) -> float:
     return float((own.marks & END_BEYOND) - ((own.marks & START_BEYOND) >> 1))
 
 
+@func
+def group_of(own: Contribution) -> int:
+    """The group of joints by which a segment acts on a crossing; -1: one joint by itself."""
+    return own.marks // GROUPS - 1
+
+
 @cache
 def add_wrenches_of(conditions: bool) -> Any:
     """`add_arms_of` where lines of action are asked for, see `segments_stretch_of`."""
@@ -168,11 +175,12 @@ def add_wrenches_of(conditions: bool) -> Any:
 
 
 @cache
-def add_gathered_arms_of(conditions: bool) -> Any:
+def add_gathered_arms_of(conditions: bool, groups: bool) -> Any:
     """`add_arms_of` where many joints follow one: what a segment does to all of a crossing is added as one moment arm.
 
     Which takes less time where they are many, and more where they are not.
     """
+    effort_of = group_effort if groups else None
 
     @wp.func(inline=True)
     def add_arms(
@@ -191,7 +199,10 @@ def add_gathered_arms_of(conditions: bool) -> Any:
             sign = sign_of(own)
             r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
             if own.marks & BY_COORDINATE != 0:
-                effort += effort_on(joint, r, direction * sign, work)
+                if wp.static(groups):
+                    effort += effort_of(instance, joint, group_of(own), r, direction * sign, state, work)
+                else:
+                    effort += effort_on(joint, r, direction * sign, work)
             else:
                 gathered += r
             if wp.static(conditions) and segment.varies != 0:
@@ -212,13 +223,14 @@ def add_gathered_arms_of(conditions: bool) -> Any:
 
 
 @cache
-def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool) -> Any:
+def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool, groups: bool) -> Any:
     """The Warp function that adds to moment arms, and to the speed, what a segment from `a` contributes to them.
 
     Args:
-        conditions, coordinate_joints, followers: see `segments_stretch_of`.
+        conditions, coordinate_joints, followers, groups: see `segments_stretch_of`.
     """
     along = along_driver if followers else along_coordinate
+    effort_of = group_effort if groups else None
 
     @wp.func(inline=True)
     def add_arms(
@@ -232,7 +244,11 @@ def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool) -> A
             sign = sign_of(own)
             r = segment_moment_arm(a, offset_between(joint, segment.origin, work), direction) * sign
             if wp.static(coordinate_joints or followers) and own.marks & BY_COORDINATE != 0:
-                r = along(instance, joint, r, direction * sign, model, work)
+                if wp.static(groups):
+                    effort = effort_of(instance, joint, group_of(own), r, direction * sign, state, work)
+                    r = coordinate_axis(instance, nonnegative(own.driver), model, work) * effort
+                else:
+                    r = along(instance, joint, r, direction * sign, model, work)
             if wp.static(conditions) and segment.varies != 0:
                 weight = segment_weight(instance, i, joint, model, state, paths, work)
                 r = r * weight.value + weight.gradient * length
@@ -246,7 +262,7 @@ def add_arms_of(conditions: bool, coordinate_joints: bool, followers: bool) -> A
 @cache
 def segments_stretch_of(
     conditions: bool, coordinate_joints: bool = False, followers: bool = False, wrench: bool = False,
-    gathers: bool = False,
+    gathers: bool = False, groups: bool = False,
 ) -> Any:  # fmt: skip
     """The Warp function of length and lengthening speed of one muscle's path of segments, and of its moment arms.
 
@@ -258,13 +274,16 @@ def segments_stretch_of(
         coordinate_joints: whether some joints are as in `coordinate_joint.py`.
         followers: whether some follow others: `Term.joint` may be one of them, which acts on the one that it follows.
         gathers: whether some segments act on a crossing by several joints, see `add_gathered_arms_of`.
+        groups: whether some act on one by a group of joints, see `coordinate_joint.put_groups`.
         wrench: whether its last argument gets lines of action instead, (2 bodies,): at a joint's number the moment of
             a unit of tension about the joint, m, and behind those of all bodies its direction, upon the joint's parent.
 
     The function's last argument, (crossings,), gets the moment arm vectors of the muscle, m, world: a tension F puts
     the torque F r on the joint's parent and -F r on its child.
     """
-    add = add_gathered_arms_of(conditions) if gathers else add_arms_of(conditions, coordinate_joints, followers)
+    add = add_arms_of(conditions, coordinate_joints, followers, groups)
+    if gathers:
+        add = add_gathered_arms_of(conditions, groups)
     if wrench:
         add = add_wrenches_of(conditions)
 
@@ -348,6 +367,7 @@ def stretch_of(
     followers: bool = False,
     wrench: bool = False,
     gathers: bool = False,
+    groups: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path, see `segments_stretch_of`.
 
@@ -355,11 +375,11 @@ def stretch_of(
         pulleys: whether there are paths on pulleys. conditions: whether there are conditional points.
         straight: whether all paths are straight, see `structs.Straight`.
         coordinate_joints: whether some joints are as in `coordinate_joint.py`. followers: and some follow others.
-        wrench, gathers: see there; paths on pulleys have no lines of action.
+        wrench, gathers, groups: see there; paths on pulleys have no lines of action.
     """
     if straight:
         return straight_stretch
-    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench, gathers)
+    segments_stretch = segments_stretch_of(conditions, coordinate_joints, followers, wrench, gathers, groups)
     if not pulleys:
         return segments_stretch
 

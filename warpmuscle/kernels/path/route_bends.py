@@ -40,6 +40,7 @@ class RouteKind(NamedTuple):
     across: bool = False  # whether motions of points pull on segments between two bodies alone
     points: int = 0  # for how many of a route there is room, where some wrap
     near: bool = False  # whether a GPU has them and the bends in the shared memory of a block, see `near_rows_of`
+    groups: bool = False  # whether some levers are groups of joints, see `coordinate_joint.put_groups`
 
     @property
     def places(self) -> int:

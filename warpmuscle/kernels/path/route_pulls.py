@@ -10,7 +10,7 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on
+from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on, group_effort
 from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
@@ -19,7 +19,7 @@ from warpmuscle.kernels.path.conditions import coordinate_gradient
 from warpmuscle.kernels.path.path import offset_between, segment_moment_arm
 from warpmuscle.kernels.path.route_bends import LEVER_BITS, WRAP_BIT, RouteKind
 from warpmuscle.kernels.path.route_points import slopes_of
-from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, at, nonnegative
+from warpmuscle.kernels.structs import ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
 
 
 @cache
@@ -87,12 +87,13 @@ def act_on_lever_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> A
     """
     levers = room_of(kind, wrench)
     add_arm, pulls_struct = pull_rows_of(kind, levers).add, pulls_of(levers)
-    apart, couples = kind.wraps > 1 and not kind.exact, kind.slips
+    apart, couples, groups = kind.wraps > 1 and not kind.exact, kind.slips, kind.groups
+    effort_of = group_effort if groups else None
 
     @wp.func(inline=True)
     def act_on_lever(
-        k: int, sign: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3,
-        model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+        instance: int, k: int, sign: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3,
+        direction: wp.vec3, model: ModelRef, state: StateRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
         joint = nonnegative(model.routes.lever[nonnegative(span.first_lever + k)].joint)
         if wp.static(not couples) or sign != 0:
@@ -103,8 +104,12 @@ def act_on_lever_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> A
             r = segment_moment_arm(place_of_pull, offset_between(joint, span.origin, work), pull)
             if wp.static(wrench):
                 add_arm(pulls, k + wp.static(levers // 2), pull)
-            elif wp.static(coordinate_joints):  # noqa: SIM102, with `and` it would be compiled in all the same
-                if has_motion(model.skeleton.plan[joint].joint_type):
+            elif wp.static(coordinate_joints):
+                if wp.static(groups):
+                    if has_motion(model.skeleton.plan[joint].joint_type):
+                        group = model.routes.lever[nonnegative(span.first_lever + k)].group
+                        r = wp.vec3(effort_of(instance, joint, group, r, pull, state, work), 0.0, 0.0)
+                elif has_motion(model.skeleton.plan[joint].joint_type):
                     r = wp.vec3(effort_on(joint, r, pull, work), 0.0, 0.0)
             add_arm(pulls, k, r)
         elif wp.static(couples):
@@ -132,8 +137,9 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
 
     @wp.func(inline=True)
     def act(
-        span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int, stop: int,
-        behind: int, beyond: int, across: bool, model: ModelRef, work: ScratchRef, pulls: wp.ref[pulls_struct],
+        instance: int, span: RouteSpan, a: wp.vec3, left: wp.vec3, reached: wp.vec3, direction: wp.vec3, before: int,
+        stop: int, behind: int, beyond: int, across: bool, model: ModelRef, state: StateRef, work: ScratchRef,
+        pulls: wp.ref[pulls_struct],
     ):  # fmt: skip
         if wp.static(many):
             taken = int(beyond ^ behind)
@@ -143,7 +149,7 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
                 k = lowest_bit(taken)
                 taken = taken & (taken - 1)
                 sign = ((beyond >> k) & 1) - ((behind >> k) & 1)
-                act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
+                act_on_lever(instance, k, sign, span, a, left, reached, direction, model, state, work, pulls)
         if wp.static(more):
             for k in range(rest, span.end_lever - span.first_lever):
                 bits = model.routes.lever[nonnegative(span.first_lever + k)].beyond
@@ -152,7 +158,7 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
                 if wp.static(couples):
                     couple = across and (bits >> stop) & 1 == 1
                 if sign != 0 or couple:
-                    act_on_lever(k, sign, span, a, left, reached, direction, model, work, pulls)
+                    act_on_lever(instance, k, sign, span, a, left, reached, direction, model, state, work, pulls)
 
     return act
 

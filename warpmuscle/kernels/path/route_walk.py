@@ -171,7 +171,10 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(span, a, left, reached, direction, before, stop, behind, beyond, between, model, work, pulls)
+                    act(
+                        instance, span, a, left, reached, direction, before, stop, behind, beyond, between, model,
+                        state, work, pulls,
+                    )  # fmt: skip
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
                         add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))

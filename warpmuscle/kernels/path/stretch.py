@@ -19,6 +19,7 @@ class PathKind(NamedTuple):
     monomials: int = 0  # that polynomials have in common, see `polynomial_path.py`; 0: no path is a polynomial
     others: bool = True  # whether some paths are neither
     gathers: bool = False  # whether some segments of these act on a crossing by several joints
+    groups: int = 0  # of joints that move as one for paths, see `coordinate_joint.put_groups`
 
     @property
     def wraps(self) -> bool:
@@ -37,7 +38,8 @@ def any_stretch_of(
     wrench: bool = False,
 ) -> Any:
     """The Warp function of the length and speed of a path of any kind, see `path.stretch_of`."""
-    others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers, wrench, kind.gathers)
+    grouped = kind.groups > 0
+    others = stretch_of(pulleys, conditions, straight, coordinate_joints, followers, wrench, kind.gathers, grouped)
     some_others = kind.others
     routes, polynomials = kind.routes is not None, kind.monomials > 0
     if not routes and not polynomials:
