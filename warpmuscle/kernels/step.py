@@ -43,7 +43,7 @@ REGISTERS = 64 * 1024  # of a multiprocessor
 SHARED_MEMORY, SHARED_BY_SYSTEM = 228 * 1024, 1024  # bytes of a multiprocessor, and what it takes of them for a block
 SHARED_BESIDE_CACHE = 196 * 1024  # that leave the first cache room for moment arms, where working sets have none
 LEAST_REGISTERS = 96  # with fewer, long paths keep more on the stack than more blocks make up for ...
-LEAST_OF_WRAPS = 168  # ... and paths around surfaces
+LEAST_OF_WRAPS = 168  # ... and paths around surfaces, unless a block has more threads than that leaves room for
 WARP = 32  # threads that run together
 FEWER_REGISTERS = 128  # four warps; of long paths without surfaces, which wait for memory more than they compute
 
@@ -103,7 +103,8 @@ def blocks_of(threads: int, floats: int, muscles: MuscleKind | None = None) -> i
     block = 4 * floats + SHARED_BY_SYSTEM + 4 * threads
     wraps, in_scratch = muscles is not None and muscles.wraps, muscles is None or muscles.pulls_in_scratch
     memory = SHARED_MEMORY if in_scratch or block > SHARED_BESIDE_CACHE else SHARED_BESIDE_CACHE
-    return int(min(memory // block, REGISTERS // ((LEAST_OF_WRAPS if wraps else LEAST_REGISTERS) * threads)))
+    least = min(LEAST_OF_WRAPS, REGISTERS // threads) if wraps else LEAST_REGISTERS
+    return int(min(memory // block, REGISTERS // (least * threads)))
 
 
 def block_registers(threads: int, floats: int, muscles: MuscleKind | None = None) -> int:

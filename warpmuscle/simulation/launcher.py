@@ -40,6 +40,7 @@ LANES_OF_FEW = 96  # that each of these has at most if paths wrap; others have n
 LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
 LARGE_BLOCK_OF_LOOPS = 256  # ... and with them what constraints leave to the root
+LARGE_BLOCK_IN_MAIN_MEMORY = 512  # ... where lanes wait for main memory, which more of them hide
 LARGE_BLOCK_APART = 384  # ... where a kernel of their own finds paths
 PATHS_APART = True  # whether a kernel of their own finds paths that take long
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
@@ -211,7 +212,11 @@ def in_blocks(
     assert config.kind.muscles is not None
     wraps, threads = config.kind.muscles.wraps, LARGE_BLOCK
     if wraps:
-        threads = LARGE_BLOCK_OF_LOOPS if config.kind.skeleton.constraints > 0 else LARGE_BLOCK_OF_WRAPS
+        threads = LARGE_BLOCK_OF_WRAPS
+        if config.kind.skeleton.constraints > 0:
+            threads = LARGE_BLOCK_OF_LOOPS
+        elif config.kind.skeleton.main >= LEANER:
+            threads = LARGE_BLOCK_IN_MAIN_MEMORY
     elif config.kind.muscles.apart:
         threads = LARGE_BLOCK_APART
     wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.main >= LEAN
