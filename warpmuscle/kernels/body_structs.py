@@ -96,6 +96,20 @@ class CouplingFunction:
 
 
 @wp.struct
+class BodyRun:
+    """Bodies each of which is the only child of the one before it; the first one's parent has others, or is the root.
+
+    Those of a level hang on bodies of levels before.
+    """
+
+    first: int
+    last: int
+    count: int
+    unknowns: int  # that act on the first one, and so all that act on the others
+    before: int  # the same of those before it in its level
+
+
+@wp.struct
 class Couplings:
     """How coupled joints turn and move their child: six functions of a coordinate each, three of them angles."""
 
@@ -110,6 +124,8 @@ class Couplings:
     entry: wp.array[int]  # (bodies * unknowns,) which one it is; -1: none
     acted_start: wp.array[int]  # (unknowns + 1,) where the bodies start that an unknown acts on ...
     acted: wp.array[int]  # ... (entries but the root's,) in ascending order
+    run: wp.array[BodyRun]  # (runs,) level by level, those on which most unknowns act first
+    run_start: wp.array[int]  # (levels + 1,)
     function: wp.array2d[CouplingFunction]  # (rows, functions)
     inertia_axes: wp.array2d[
         wp.mat33

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from itertools import groupby
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from warpmuscle.core.arrays import records_to_device, rows, starts, structs_to_d
 from warpmuscle.core.pose import normalized, rotate
 from warpmuscle.kernels import structs
 from warpmuscle.kernels.body.two_coordinates import RATE_ONLY, ROD
+from warpmuscle.kernels.body_structs import BodyRun
 from warpmuscle.kernels.constraint.constraints import DISTANCE, POINT, POINT_ON_LINE, WELD
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.joints import acting_unknowns
@@ -44,7 +46,9 @@ def couplings_struct(scene: Scene, names: Topology, device: Any) -> structs.Coup
     c.follower = to_device([k for of_body in following for k in of_body] or [0], int, device)
     unknowns = [*rows_of, *[0] * row_count(character)] or [0]
     c.unknown_driver = to_device(unknowns, int, device)
-    _put_entries(c, acting_unknowns(character, names), device)
+    acting = acting_unknowns(character, names)
+    _put_entries(c, acting, device)
+    _put_runs(c, acting, names, device)
     turned = [normalized(rows(character.bodies[name].inertia_axes)) for name in names.bodies]
     axes = rotate(stacked(turned)[:, :, None], np.eye(3))  # (rows, bodies, axis, 3)
     c.inertia_axes = to_device(np.swapaxes(axes, 2, 3), wp.mat33, device)
@@ -122,6 +126,32 @@ def _put_entries(c: structs.Couplings, acting: list[list[int]], device: Any) -> 
     }
     for name, values in lists.items():
         setattr(c, name, to_device(values if len(values) else [0], int, device))
+
+
+def _put_runs(c: structs.Couplings, acting: list[list[int]], names: Topology, device: Any) -> None:
+    """Bodies that hang on one another, as only children, in runs; see `kernels.body_structs.BodyRun`."""
+    runs: list[list[int]] = []
+    number: dict[int, int] = {}
+    level: list[int] = []
+    for body in range(1, len(names.bodies)):
+        parent = names.parents[body]
+        if parent > 0 and names.child_count[parent] == 1:
+            number[body] = number[parent]
+            runs[number[body]].append(body)
+        else:
+            number[body] = len(runs)
+            level.append(level[number[parent]] + 1 if parent > 0 else 0)
+            runs.append([body])
+    order = sorted(range(len(runs)), key=lambda k: (level[k], -len(acting[runs[k][0]])))
+    by_level = [[runs[k] for k in group] for _, group in groupby(order, key=lambda k: level[k])]
+    unknowns = [[len(acting[run[0]]) for run in group] for group in by_level]
+    flat = [run for group in by_level for run in group]
+    c.run = records_to_device(
+        BodyRun, device, first=[run[0] for run in flat], last=[run[-1] for run in flat],
+        count=[len(run) for run in flat], unknowns=[count for group in unknowns for count in group],
+        before=[before for group in unknowns for before in starts(group)[:-1]],
+    )  # fmt: skip
+    c.run_start = to_device(starts(map(len, by_level)), int, device)
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:

@@ -37,7 +37,7 @@ from warpmuscle.kernels.body.integration import integrate_stage
 from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
-from warpmuscle.kernels.body.single_axes import reduce_single_of
+from warpmuscle.kernels.body.single_axes import single_forward_pass_of, single_pass_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
@@ -130,11 +130,12 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         if kind.main == ALL:
             views = nothing_near
         constrained = kind.constraints > 0
-        reduce_of = reduce_single_of if kind.single else reduce_followed_of
         acceleration, hybrid = (
             stage_of(
-                followed_pass_of(reduce_of(rest, constrained, several_warps), several_warps),
-                forward_pass_of(accelerate_followed_of(rest)),
+                single_pass_of(rest, constrained)
+                if kind.single
+                else followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
+                (single_forward_pass_of if kind.single else forward_pass_of)(accelerate_followed_of(rest)),
                 constrained,
                 kind.single,
             )
@@ -145,7 +146,9 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         hybrid = hybrid_acceleration_stage_of(backward(reduce_rest), forward(accelerate_any_remaining))
     return JointStages(
         views,
-        kinematics_stage_of(move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare),
+        kinematics_stage_of(
+            move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare, bool(kind.single and kind.open)
+        ),
         prescribe_any,
         inertia_stage,
         acceleration,

@@ -195,14 +195,48 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
 
 
 @cache
-def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
+def place_levels_of(place: Any) -> Any:
+    """The Warp function that places all bodies but the root, level by level."""
+
+    @func
+    def place_levels(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+        for level in range(1, model.level_count):
+            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
+                place(model.skeleton, body, work)
+            synchronize()
+
+    return place_levels
+
+
+@cache
+def place_runs_of(place: Any) -> Any:
+    """The same, run by run: a lane goes from the first body of one to the last without waiting for others."""
+
+    @func
+    def place_runs(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+        for level in range(model.couplings.run_start.shape[0] - 1):
+            first = nonnegative(model.couplings.run_start[nonnegative(level)])
+            for k in range(first + lane, model.couplings.run_start[nonnegative(level) + 1], lanes):
+                run = model.couplings.run[nonnegative(k)]
+                body = nonnegative(run.first)
+                for _ in range(run.count):
+                    place(model.skeleton, body, work)
+                    body = nonnegative(model.skeleton.plan[body].first_child)
+            synchronize()
+
+    return place_runs
+
+
+@cache
+def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: bool = False) -> Any:
     """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
 
     Args:
         move, place: `move_joint` and `place_body`, or others for more types of joints.
-        prepare: a stage that comes before, if any.
+        prepare: a stage that comes before, if any. in_runs: whether lanes place runs of bodies, see `single_axes.py`.
     """
     prepared = prepare is not None
+    place_all = place_runs_of(place) if in_runs else place_levels_of(place)
 
     @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -216,10 +250,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None) -> Any:
             not_unrolled()
             move(instance, body, half, model, state, work)
         synchronize()
-        for level in range(1, model.level_count):
-            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-                place(skeleton, body, work)
-            synchronize()
+        place_all(lane, lanes, model, work)
         mass = at(skeleton.total_mass, instance, 0)
         for i in range(lane, model.body_count, lanes):
             not_unrolled()
