@@ -10,6 +10,7 @@ from biped import biped
 from random_states import random_states
 from warpmuscle.kernels import stages
 from warpmuscle.kernels.memory.scratch import capacity_of, work_floats
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.path_table import MusclePath, PathTable, path_table
 from warpmuscle.model.paths import paths_struct
 from warpmuscle.scene import Character, Condition, Scene, ViaPoint
@@ -84,7 +85,10 @@ def geometry_of(stages_: Stages, paths: dict[str, MusclePath], c: Character | No
     """
     names, c, n = stages_.names, c or stages_.scene.character, stages_.instances
     table, (model, state) = path_table(paths, names, c), stages_.structs
-    model.paths, model.muscles.count = paths_struct(table, names, c, stages_.device), len(paths)
+    model.paths, model.muscles.count = (
+        paths_struct(table, grouped_paths(table, names, c), names, c, stages_.device),
+        len(paths),
+    )
     shape = (n, max(len(paths), 1))
     outputs = [
         wp.zeros(shape, dtype=float, device=stages_.device),

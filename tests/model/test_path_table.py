@@ -6,6 +6,7 @@ import pytest
 from biped import biped
 from leg_paths import KNEE_BENT, PATHS, ZERO, character, points
 from warpmuscle.core.errors import SceneError
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct
 from warpmuscle.scene import Condition, ViaPoint
@@ -34,7 +35,7 @@ def test_muscles_act_on_the_joints_between_the_bodies_of_their_points():
 def test_joints_find_their_muscles_and_muscles_their_joints():
     names = topology(character())
     table = path_table(PATHS, names, character())
-    p = paths_struct(table, names, character(), "cpu")
+    p = paths_struct(table, grouped_paths(table, names, character()), names, character(), "cpu")
     start, muscle = p.crossing_start.numpy(), p.crossing_muscle.numpy()
     joint = np.array([crossing.joint for crossing in table.crossings])
     assert [crossing.muscle for crossing in table.crossings] == muscle.tolist()

@@ -7,6 +7,7 @@ from muscle_arm import arm
 from small_scene import muscle_scene
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored, load, mjcf, save, toml
+from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.muscles import driven
 from warpmuscle.model.path_table import path_table
 from warpmuscle.model.paths import paths_struct
@@ -40,7 +41,8 @@ def segment_ends(scene: Scene, values: np.ndarray) -> np.ndarray:
     character = substitute(scene, values).character
     paths = {name: muscle.path for name, muscle in character.muscles.items()}
     names = topology(character)
-    ends = paths_struct(path_table(paths, names, character), names, character, "cpu").ends.numpy()
+    table = path_table(paths, names, character)
+    ends = paths_struct(table, grouped_paths(table, names, character), names, character, "cpu").ends.numpy()
     return np.stack([ends["a"], ends["b"]], axis=2)
 
 
