@@ -74,6 +74,7 @@ class Lever:
     joint: int
     beyond: int  # a bit a stop that is beyond the joint: points first, then wraps from WRAP_BIT on
     group: int  # of joints that moves as one, the joint being its first; -1: the joint by itself
+    last: int  # 1: the one behind it is of another crossing, or has another kind of joint; or there is none
 
 
 @wp.struct

@@ -17,6 +17,7 @@ from warpmuscle.kernels.path.stretch import PathKind
 from warpmuscle.kernels.path.wrap_ellipsoid import AXIAL, HYBRID, MIDPOINT
 from warpmuscle.kernels.path.wrap_mujoco import SIDED
 from warpmuscle.model.bodies import stacked
+from warpmuscle.model.joints import by_coordinate
 from warpmuscle.model.polynomials import monomial_room, put_polynomials
 from warpmuscle.scene import (
     Character,
@@ -137,6 +138,7 @@ def routes_struct(
         structs.Lever, device,
         crossing=[lever[0] for lever in flat], joint=[lever[1] for lever in flat], beyond=[lever[2] for lever in flat],
         group=[lever[3] for lever in flat],
+        last=[int(end) for own in levers for end in _ends_of_crossings(own, names, character)],
     )  # fmt: skip
     on_points = [bits_of_levers(own, k) for own, path in zip(levers, points, strict=True) for k in range(len(path))]
     _put_points(r, paths, on_points, crossing, first_condition, names, character, device)
@@ -147,6 +149,14 @@ def routes_struct(
     _put_wraps(r, [wrap for around in wraps for wrap in around], counts, on_wraps, names, character, device)
     put_polynomials(r, list(muscles.values()), crossing, names, device)
     return r
+
+
+def _ends_of_crossings(
+    levers: Sequence[tuple[int, int, int, int]], names: Topology, character: Character
+) -> list[bool]:  # fmt: skip
+    """Whether what levers have gathered is to be given: the next one is of another crossing, or of another kind."""
+    kinds = [(crossing, by_coordinate(names.joints[joint - 1], character)) for crossing, joint, _, _ in levers]
+    return [kinds[k + 1 : k + 2] != [own] for k, own in enumerate(kinds)]
 
 
 def bits_of_levers(levers: Sequence[tuple[int, int, int, int]], stop: int) -> int:

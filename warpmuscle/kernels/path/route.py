@@ -150,18 +150,23 @@ def give_wrenches_of(kind: RouteKind, levers: int) -> Any:
 @cache
 def give_arms_of(kind: RouteKind, levers: int, coordinate_joints: bool, followers: bool) -> Any:
     """The Warp function that adds what levers have gathered to the moment arms of the muscle's crossings."""
-    lever_arm, pulls_struct = lever_arm_of(kind, levers, coordinate_joints, followers), pulls_of(levers)
+    arm_at, pulls_struct = pull_rows_of(kind, levers).get, pulls_of(levers)
+    lever_arm, together = lever_arm_of(coordinate_joints, followers), followers
 
     @wp.func(inline=True)
     def give_arms(
         instance: int, span: RouteSpan, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef,
         arm: wp.array[wp.vec3],
     ):  # fmt: skip
+        gathered = wp.vec3(0.0)
         for k in range(span.first_lever, span.end_lever):
-            crossing_of = nonnegative(model.routes.lever[nonnegative(k)].crossing)
-            joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
-            r = lever_arm(instance, joint, k - span.first_lever, pulls, model, work)
-            arm[crossing_of] = arm[crossing_of] + r
+            own = model.routes.lever[nonnegative(k)]
+            gathered += arm_at(pulls, k - span.first_lever)
+            if wp.static(not together) or own.last != 0:
+                crossing_of = nonnegative(own.crossing)
+                r = lever_arm(instance, nonnegative(own.joint), gathered, model, work)
+                arm[crossing_of] = arm[crossing_of] + r
+                gathered = wp.vec3(0.0)
 
     return give_arms
 

@@ -164,25 +164,21 @@ def act_of(kind: RouteKind, coordinate_joints: bool, wrench: bool) -> Any:
 
 
 @cache
-def lever_arm_of(kind: RouteKind, levers: int, coordinate_joints: bool, followers: bool) -> Any:
-    """The Warp function of the moment arm that a lever has gathered: of a coordinate, along its axis.
+def lever_arm_of(coordinate_joints: bool, followers: bool) -> Any:
+    """The Warp function of the moment arm that levers have gathered: of a coordinate, along its axis.
 
-    Args:
-        kind, levers: of the route, and rows that there are. coordinate_joints, followers: as of `walk_of`.
+    Args: as of `walk_of`.
     """
-    arm_at, pulls_struct = pull_rows_of(kind, levers).get, pulls_of(levers)
 
     @wp.func(inline=True)
-    def lever_arm(
-        instance: int, joint: int, k: int, pulls: wp.ref[pulls_struct], model: ModelRef, work: ScratchRef
-    ) -> wp.vec3:
-        r = arm_at(pulls, k)
+    def lever_arm(instance: int, joint: int, gathered: wp.vec3, model: ModelRef, work: ScratchRef) -> wp.vec3:
+        r = gathered
         if wp.static(coordinate_joints):  # noqa: SIM102, as above
             if has_motion(model.skeleton.plan[joint].joint_type):
                 driver = int(joint)
                 if wp.static(followers):
                     driver = driver_of(joint, model)
-                r = coordinate_axis(instance, driver, model, work) * r[0]
+                r = coordinate_axis(instance, driver, model, work) * gathered[0]
         return r
 
     return lever_arm

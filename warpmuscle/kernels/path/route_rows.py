@@ -1,7 +1,8 @@
 """Routes over several surfaces in a row between two of their points: the shortest ones.
 
 Each surface in turn is gone over from where the path leaves the one before to where it reaches the one behind, until no
-place of touch moves any more: each turn makes the path shorter. A surface with a side point is touched there at first,
+place of touch moves any more: each turn makes the path shorter. One is gone over again only if another one in its row
+has changed: else the same would come out again. A surface with a side point is touched there at first,
 which says on which side of it the path runs, others are not touched at first.
 """
 
@@ -10,6 +11,7 @@ from typing import Any
 
 import warp as wp
 
+from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.path.route_bends import (
@@ -58,6 +60,17 @@ def neighbours_of(count: int) -> Any:
     return touched_before, touched_behind
 
 
+@func(inline=True)
+def others_in_row(w: int, span: RouteSpan, model: ModelRef) -> int:
+    """The other wraps of a route between the same two of its points, a bit each."""
+    found = wp.int32(0)
+    first = model.routes.wrap[nonnegative(span.first_wrap + w)].first
+    for k in range(span.end_wrap - span.first_wrap):
+        if k != w and model.routes.wrap[nonnegative(span.first_wrap + k)].first == first:
+            found = found | (1 << k)
+    return found
+
+
 @cache
 def lay_of(kind: RouteKind) -> Any:
     """The Warp function that lets a route go over all of its surfaces; what is compiled in is that of the route."""
@@ -76,9 +89,14 @@ def lay_of(kind: RouteKind) -> Any:
         routes = model.routes
         slopes = slopes_struct()
         wraps = span.end_wrap - span.first_wrap
+        due = wp.int32(0)  # a bit a surface that is to be gone over
         for sweep in range(SWEEPS + 1):
             moved = wp.float32(0.0)
             for w in range(wraps):
+                if sweep > 0:
+                    if (due >> w) & 1 == 0:
+                        continue
+                    due = due - (1 << w)
                 wrap = routes.wrap[nonnegative(span.first_wrap + w)]
                 own = at(routes.wrap_row, instance, span.first_wrap + w)
                 side = at(routes.side_point, instance, span.first_wrap + w)
@@ -93,6 +111,7 @@ def lay_of(kind: RouteKind) -> Any:
                         put_second(bends, w, start)
                         bends.after = with_number(bends.after, w, 0)
                     moved = 1.0
+                    due = due | (1 << w)
                 else:
                     near = touched_before(w, span, bends.after, model)
                     far = touched_behind(w, span, bends.after, model)
@@ -113,15 +132,20 @@ def lay_of(kind: RouteKind) -> Any:
                         first = center + axes * touch.first
                         second = center + axes * touch.second
                         change = wp.length(first - first_at(bends, w)) + wp.length(second - second_at(bends, w))
-                        moved = wp.max(moved, wp.where(touched, change, 1.0))
+                        change = wp.where(touched, change, 1.0)
+                        moved = wp.max(moved, change)
+                        if change > 0.0:
+                            due = due | others_in_row(w, span, model)
                         put_first(bends, w, first)
                         put_second(bends, w, second)
                         put_arc(bends, w, touch.arc)
                         bends.after = with_number(bends.after, w, 0)
                     else:
-                        moved = wp.max(moved, wp.where(touched, 1.0, 0.0))
+                        if touched:
+                            moved = 1.0
+                            due = due | others_in_row(w, span, model)
                         bends.after = with_number(bends.after, w, NOWHERE)
-            if moved < SETTLED:
+            if moved < SETTLED or due == 0:
                 break
         for k in range(wraps):
             w = wraps - 1 - k  # from the last on, since those before are looked for by what is kept
