@@ -151,7 +151,7 @@ def give_wrenches_of(kind: RouteKind, levers: int) -> Any:
 def give_arms_of(kind: RouteKind, levers: int, coordinate_joints: bool, followers: bool) -> Any:
     """The Warp function that adds what levers have gathered to the moment arms of the muscle's crossings."""
     arm_at, pulls_struct = pull_rows_of(kind, levers).get, pulls_of(levers)
-    lever_arm, together = lever_arm_of(coordinate_joints, followers), followers
+    lever_arm, together = lever_arm_of(coordinate_joints, followers), followers and kind.many_levers
 
     @wp.func(inline=True)
     def give_arms(
@@ -160,13 +160,17 @@ def give_arms_of(kind: RouteKind, levers: int, coordinate_joints: bool, follower
     ):  # fmt: skip
         gathered = wp.vec3(0.0)
         for k in range(span.first_lever, span.end_lever):
-            own = model.routes.lever[nonnegative(k)]
-            gathered += arm_at(pulls, k - span.first_lever)
-            if wp.static(not together) or own.last != 0:
-                crossing_of = nonnegative(own.crossing)
-                r = lever_arm(instance, nonnegative(own.joint), gathered, model, work)
+            crossing_of = nonnegative(model.routes.lever[nonnegative(k)].crossing)
+            joint = nonnegative(model.routes.lever[nonnegative(k)].joint)
+            if wp.static(together):
+                gathered += arm_at(pulls, k - span.first_lever)
+                if model.routes.lever[nonnegative(k)].last != 0:
+                    r = lever_arm(instance, joint, gathered, model, work)
+                    arm[crossing_of] = arm[crossing_of] + r
+                    gathered = wp.vec3(0.0)
+            else:
+                r = lever_arm(instance, joint, arm_at(pulls, k - span.first_lever), model, work)
                 arm[crossing_of] = arm[crossing_of] + r
-                gathered = wp.vec3(0.0)
 
     return give_arms
 
