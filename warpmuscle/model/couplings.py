@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from collections import Counter
+from collections.abc import Sequence
 from itertools import groupby
 from typing import Any
 
@@ -128,30 +130,39 @@ def _put_entries(c: structs.Couplings, acting: list[list[int]], device: Any) -> 
         setattr(c, name, to_device(values if len(values) else [0], int, device))
 
 
-def _put_runs(c: structs.Couplings, acting: list[list[int]], names: Topology, device: Any) -> None:
-    """Bodies that hang on one another, as only children, in runs; see `kernels.body_structs.BodyRun`."""
+def runs_of(parents: Sequence[int], unknowns: Sequence[int]) -> list[list[list[int]]]:
+    """Bodies that hang on one another as only children, in runs, by level: `kernels.body_structs.BodyRun`.
+
+    Args:
+        parents: by body. unknowns: that act on each body; runs on which most do come first in their level.
+    """
+    children = Counter(parents)
     runs: list[list[int]] = []
     number: dict[int, int] = {}
     level: list[int] = []
-    for body in range(1, len(names.bodies)):
-        parent = names.parents[body]
-        if parent > 0 and names.child_count[parent] == 1:
+    for body, parent in list(enumerate(parents))[1:]:
+        if parent > 0 and children[parent] == 1:
             number[body] = number[parent]
             runs[number[body]].append(body)
         else:
             number[body] = len(runs)
             level.append(level[number[parent]] + 1 if parent > 0 else 0)
             runs.append([body])
-    order = sorted(range(len(runs)), key=lambda k: (level[k], -len(acting[runs[k][0]])))
-    by_level = [[runs[k] for k in group] for _, group in groupby(order, key=lambda k: level[k])]
-    unknowns = [[len(acting[run[0]]) for run in group] for group in by_level]
-    flat = [run for group in by_level for run in group]
+    order = sorted(range(len(runs)), key=lambda k: (level[k], -unknowns[runs[k][0]]))
+    return [[runs[k] for k in group] for _, group in groupby(order, key=lambda k: level[k])]
+
+
+def _put_runs(c: structs.Couplings, acting: list[list[int]], names: Topology, device: Any) -> None:
+    """Put in the runs of bodies."""
+    counts = list(map(len, acting))
+    levels = runs_of(names.parents, counts)
+    flat = [run for level in levels for run in level]
     c.run = records_to_device(
         BodyRun, device, first=[run[0] for run in flat], last=[run[-1] for run in flat],
-        count=[len(run) for run in flat], unknowns=[count for group in unknowns for count in group],
-        before=[before for group in unknowns for before in starts(group)[:-1]],
+        count=[len(run) for run in flat], unknowns=[counts[run[0]] for run in flat],
+        before=[before for level in levels for before in starts(counts[run[0]] for run in level)[:-1]],
     )  # fmt: skip
-    c.run_start = to_device(starts(map(len, by_level)), int, device)
+    c.run_start = to_device(starts(map(len, levels)), int, device)
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:
