@@ -1,5 +1,6 @@
 """The whole step: what its stages are given, and in which order, told by what becomes of a pendulum."""
 
+import ctypes
 from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
@@ -12,6 +13,7 @@ from importing import importable_from
 from muscle_arm import ABOUT_JOINT, MASS, REACH, arm
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import step
+from warpmuscle.kernels.structs import Model
 from warpmuscle.scene import Actuation, Failure, InitialState, JointState, Scene
 from warpmuscle.simulation.rollout import Rollout
 
@@ -112,3 +114,8 @@ def test_a_block_takes_its_numbers_what_the_system_takes_and_a_flag_for_each_thr
     """Of 228 KiB: 4 bytes a number, 1 KiB and 4 bytes a thread, with 128 threads."""
     assert blocks == 228 * 1024 // (4 * floats + 1024 + 4 * 128)
     assert step.blocks_of(128, floats) == blocks
+
+
+def test_the_model_is_small_enough_for_a_compiler_to_look_into():
+    """Of a larger one, each thread of a GPU gets a copy in memory of its own: its reads are slow, and its code long."""
+    assert ctypes.sizeof(Model.ctype) <= 8192

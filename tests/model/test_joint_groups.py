@@ -64,7 +64,7 @@ def arms(scene: Scene, together: bool) -> tuple[np.ndarray, np.ndarray]:
     state.coordinates.assign(q)
     state.speeds.assign(rng.normal(size=(n, names.speeds)).astype(np.float32))
     for name in ("group_turning", "group_moving"):
-        setattr(state.muscles, name, wp.zeros((n, max(len(own.groups), 1)), dtype=wp.vec3, device="cpu"))
+        setattr(state.muscles, name, wp.zeros((n, len(own.groups)), dtype=wp.vec3, device="cpu"))
     table = path_table(c.muscles, names, c)
     fields = {
         "paths": paths_struct(table, own, names, c, "cpu"), "muscles.count": len(c.muscles),

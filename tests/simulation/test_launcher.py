@@ -210,12 +210,12 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
 
 @pytest.mark.parametrize(
     ("bodies", "entries", "main", "together", "lanes"),
-    [(16, 48, ENTRIES, 32, 12), (20, 60, LEAN, 32, 12), (41, 60, LEANER, 32, 12), (123, 186, ALL, 32, 12)],
+    [(16, 48, ENTRIES, 32, 12), (20, 60, LEAN, 32, 12), (41, 60, LEANER, 32, 16), (123, 186, ALL, 32, 16)],
 )
 def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
     bodies: int, entries: int, main: int, together: int, lanes: int
 ):
-    """Where more instances fit so (the larger ones here), or as many beside a first cache with room."""
+    """Where more instances fit so (the larger ones here, with more lanes), or as many beside a first cache with room."""
     scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
     usual = kernel_config(scene, structure_of(scene), 5120, gpu, None, NOTHING)
     actuation = SimpleNamespace(table=SimpleNamespace(crossings=range(10 * bodies)), muscles=range(bodies))
@@ -225,7 +225,7 @@ def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
     kind = usual.compiling(skeleton=skeleton, muscles=wraps)
     config = large_blocks(kind, structure, None, 0, 65536, 132)
     assert config.kind.skeleton.main == main
-    assert (config.instances_a_block, config.lanes, config.block_dim) == (together, lanes, 384)
+    assert (config.instances_a_block, config.lanes, config.block_dim) == (together, lanes, together * lanes)
     near = config.compiling(skeleton=skeleton._replace(main=main - 1))
     assert config.large_blocks == 1
     assert near.large_blocks < 1 or near.block_bytes > 196 * 1024

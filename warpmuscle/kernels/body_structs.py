@@ -99,7 +99,7 @@ class CouplingFunction:
 class BodyRun:
     """Bodies each of which is the only child of the one before it; the first one's parent has others, or is the root.
 
-    Those of a level hang on bodies of levels before.
+    Those of a level hang on bodies of levels before. The first ones in the list say besides where levels are in it.
     """
 
     first: int
@@ -107,6 +107,8 @@ class BodyRun:
     count: int
     unknowns: int  # that act on the first one, and so all that act on the others
     before: int  # the same of those before it in its level
+    start: int  # of the level of this place in the list
+    end: int
 
 
 @wp.struct
@@ -125,7 +127,7 @@ class Couplings:
     acted_start: wp.array[int]  # (unknowns + 1,) where the bodies start that an unknown acts on ...
     acted: wp.array[int]  # ... (entries but the root's,) in ascending order
     run: wp.array[BodyRun]  # (runs,) level by level, those on which most unknowns act first
-    run_start: wp.array[int]  # (levels + 1,)
+    run_levels: int
     function: wp.array2d[CouplingFunction]  # (rows, functions)
     inertia_axes: wp.array2d[
         wp.mat33

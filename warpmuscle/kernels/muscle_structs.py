@@ -55,20 +55,16 @@ class Contribution:
 
 
 @wp.struct
-class JointGroup:
-    """Joints of one coordinate each that the same one moves: what they do together, in the place of the first."""
-
-    joint: int  # the first
-    first_member: int
-    end_member: int  # the one after its last
-
-
-@wp.struct
 class GroupMember:
-    """A joint of a group."""
+    """A joint of one coordinate, of a group of some that the same coordinate moves, as one in the place of the first.
+
+    The first ones in the list say besides where the members of groups are in it.
+    """
 
     joint: int
     sign: float  # 1, or -1 if a path that ends beyond the first starts beyond this one
+    start: int  # of the members of the group of this place in the list
+    end: int
 
 
 @wp.struct
@@ -124,8 +120,7 @@ class Paths:
     segment: wp.array[Segment]  # (segments,)
     ends: wp.array2d[SegmentEnds]  # (rows, segments)
     contribution: wp.array[Contribution]  # (contributions,)
-    group: wp.array[JointGroup]  # (groups,) the largest ones first; only kernels that have groups read them
-    member: wp.array[GroupMember]  # (members,)
+    member: wp.array[GroupMember]  # (members,) of the largest groups first; only kernels that have groups read them
     straight: wp.array[Straight]  # (muscles,) if all paths are such; the ends of each are those of its segment
     of_muscle: wp.array[Crossing]  # (crossings,) those of each muscle, nearest to the root first
     point_condition: wp.array[int]  # (points,) -1: the point always counts

@@ -18,7 +18,7 @@ from warpmuscle.kernels.contact.gait_cycle import advance_cycles
 from warpmuscle.kernels.contact.ground_plane import above_ground
 from warpmuscle.kernels.contact.terrain import FLAT, above_terrain
 from warpmuscle.kernels.contact.touching import begin_looking, touching_stage_of
-from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, control_stage_of
+from warpmuscle.kernels.control.control import NO_CONTROLLER, ControllerKind, asks_torques, control_stage_of
 from warpmuscle.kernels.force.extensions import extension_list
 from warpmuscle.kernels.force.forces import ForceKind, body_forces_stage_of, joint_forces_stage_of
 from warpmuscle.kernels.functions import func
@@ -188,6 +188,7 @@ def place_of(kind: StepKind, mark: Any) -> Any:
 def drive_of(kind: StepKind, mark: Any) -> Any:
     """The Warp function of what drives the joints: the controller, muscles, and forces on joints."""
     controller, skeleton, objective = kind.controller, kind.skeleton, kind.objective
+    asking = asks_torques(controller)
     control_stage, extensions_struct = control_stage_of(controller), kind.extensions
     by_coordinate = bool(controller.coordinates and skeleton.joints and controller.custom.effort is None)
     coordinate_control_stage = controller.coordinates if by_coordinate else None
@@ -208,7 +209,8 @@ def drive_of(kind: StepKind, mark: Any) -> Any:
         control_stage(instance, lane, lanes, model, state, work, extensions.first)
         if wp.static(by_coordinate):
             coordinate_control_stage(instance, lane, lanes, model, work)
-        effort_stage(instance, lane, lanes, model, state, work)
+        if wp.static(asking):
+            effort_stage(instance, lane, lanes, model, state, work)
         record_desired(instance, lane, lanes, frame, model, state, record, work)
         if wp.static(seen):
             synchronize()  # the torques of all joints are there

@@ -157,12 +157,15 @@ def _put_runs(c: structs.Couplings, acting: list[list[int]], names: Topology, de
     counts = list(map(len, acting))
     levels = runs_of(names.parents, counts)
     flat = [run for level in levels for run in level]
+    bounds = starts(map(len, levels))
+    of = [min(place, len(levels) - 1) for place in range(len(flat))]
     c.run = records_to_device(
         BodyRun, device, first=[run[0] for run in flat], last=[run[-1] for run in flat],
         count=[len(run) for run in flat], unknowns=[counts[run[0]] for run in flat],
         before=[before for level in levels for before in starts(counts[run[0]] for run in level)[:-1]],
+        start=[bounds[k] for k in of], end=[bounds[k + 1] for k in of],
     )  # fmt: skip
-    c.run_start = to_device(starts(map(len, levels)), int, device)
+    c.run_levels = len(levels)
 
 
 def constraints_struct(scene: Scene, names: Topology, device: Any) -> structs.Constraints:

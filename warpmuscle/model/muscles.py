@@ -20,13 +20,13 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_laws import LAWS
 from warpmuscle.model.bodies import stacked
 from warpmuscle.model.controllers.gait_states import gait_states_struct
+from warpmuscle.model.controllers.reflexes import reflexes_struct
 from warpmuscle.model.expressions.programs import expression_tables
 from warpmuscle.model.joint_groups import grouped_paths
 from warpmuscle.model.joints import compiled_skeleton
 from warpmuscle.model.muscle_shapes import has_floor, muscle_shapes, shaped_kind, tendon_kind
 from warpmuscle.model.path_table import PathTable, path_table
 from warpmuscle.model.paths import all_straight, paths_struct, route_struct, torque_parts
-from warpmuscle.model.reflexes import reflexes_struct
 from warpmuscle.model.user_functions import custom_curves
 from warpmuscle.scene import Actuation, Muscle, MuscleModel, Scene
 from warpmuscle.scene.joints import joint_type

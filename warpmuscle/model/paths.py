@@ -75,15 +75,14 @@ def _contributions(
 
 def _put_groups(p: structs.Paths, grouped: GroupedPaths, device: Any) -> None:
     """Put in the groups of joints that move as one."""
-    start = starts(map(len, grouped.groups))
-    p.group = records_to_device(
-        muscle_structs.JointGroup, device,
-        joint=[group[0][0] for group in grouped.groups], first_member=start[:-1], end_member=start[1:],
-    )  # fmt: skip
     members = [member for group in grouped.groups for member in group]
+    bounds = starts(map(len, grouped.groups))
+    of = [min(place, len(grouped.groups) - 1) for place in range(len(members))]
     p.member = records_to_device(
-        muscle_structs.GroupMember, device, joint=[joint for joint, _ in members], sign=[sign for _, sign in members]
-    )
+        muscle_structs.GroupMember, device,
+        joint=[joint for joint, _ in members], sign=[sign for _, sign in members],
+        start=[bounds[k] for k in of], end=[bounds[k + 1] for k in of],
+    )  # fmt: skip
 
 
 def _put_conditions(p: structs.Paths, table: PathTable, names: Topology, device: Any) -> None:

@@ -41,7 +41,7 @@ LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
 LARGE_BLOCK_OF_LOOPS = 256  # ... and with them what constraints leave to the root
 LARGE_BLOCK_IN_MAIN_MEMORY = 512  # ... where lanes wait for main memory, which more of them hide
-LARGE_BLOCK_APART = 384  # ... where a kernel of their own finds paths
+LARGE_BLOCK_APART = 512  # ... where a kernel of their own finds paths
 PATHS_APART = True  # whether a kernel of their own finds paths that take long
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 

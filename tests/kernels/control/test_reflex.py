@@ -13,7 +13,7 @@ from warpmuscle.formats import load
 from warpmuscle.kernels.control import reflex
 from warpmuscle.kernels.reflex_structs import ALWAYS, CONSTANT, OTHER_LOAD, TRAILING, Reflexes, ReflexPlan, ReflexRow
 from warpmuscle.kernels.structs import Model, MuscleState, SimbiconState, Skeleton, State
-from warpmuscle.model.reflexes import DURING, MOVING, PART, TIMES
+from warpmuscle.model.controllers.reflexes import DURING, MOVING, PART, TIMES
 from warpmuscle.results.recording import Recording
 from warpmuscle.scene import Reflex, Scene
 from warpmuscle.simulation.rollout import Rollout

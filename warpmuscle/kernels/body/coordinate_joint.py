@@ -55,12 +55,12 @@ def effort_on(body: int, torque: wp.vec3, force: wp.vec3, work: ScratchRef) -> f
 @func
 def put_groups(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
     """What joints do together that one coordinate moves: S of all of them, in the place of the first. No barrier."""
-    for g in range(lane, model.paths.group.shape[0], lanes):
-        group = model.paths.group[nonnegative(g)]
-        place = work.position[nonnegative(group.joint)]
+    for g in range(lane, state.muscles.group_turning.shape[1], lanes):
+        group = model.paths.member[nonnegative(g)]
+        place = work.position[nonnegative(model.paths.member[nonnegative(group.start)].joint)]
         turning = wp.vec3(0.0)
         moving = wp.vec3(0.0)
-        for k in range(group.first_member, group.end_member):
+        for k in range(group.start, group.end):
             member = model.paths.member[nonnegative(k)]
             joint = nonnegative(member.joint)
             s = work.coordinate_turning[joint] * member.sign

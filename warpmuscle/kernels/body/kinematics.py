@@ -194,6 +194,20 @@ def component_sum(values: wp.array[wp.vec3], count: int, axis: int) -> float:
     return total
 
 
+@wp.func_native(
+    snippet="""
+float total = 0.0f;
+#if defined(__CUDA_ARCH__)
+#pragma unroll 16
+#endif
+for (int i = 0; i < count; ++i)
+    total += (*wp::address(values, i))[axis];
+return total;
+"""
+)
+def component_sum_of_many(values: wp.array[wp.vec3], count: int, axis: int) -> float: ...  # fetches several at once
+
+
 @cache
 def place_levels_of(place: Any) -> Any:
     """The Warp function that places all bodies but the root, level by level."""
@@ -214,10 +228,10 @@ def place_runs_of(place: Any) -> Any:
 
     @func
     def place_runs(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        for level in range(model.couplings.run_start.shape[0] - 1):
-            first = nonnegative(model.couplings.run_start[nonnegative(level)])
-            for k in range(first + lane, model.couplings.run_start[nonnegative(level) + 1], lanes):
-                run = model.couplings.run[nonnegative(k)]
+        runs = model.couplings.run
+        for level in range(model.couplings.run_levels):
+            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
+                run = runs[nonnegative(k)]
                 body = nonnegative(run.first)
                 for _ in range(run.count):
                     place(model.skeleton, body, work)
@@ -237,6 +251,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
     """
     prepared = prepare is not None
     place_all = place_runs_of(place) if in_runs else place_levels_of(place)
+    sum_up = component_sum_of_many if in_runs else component_sum
 
     @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -264,9 +279,9 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
             not_unrolled()
             axis = k % 3
             if k < 3:
-                set_component(work.center, 0, axis, component_sum(work.moment, model.body_count, axis) / mass)
+                set_component(work.center, 0, axis, sum_up(work.moment, model.body_count, axis) / mass)
             else:
-                set_component(work.center, 1, axis, component_sum(work.momentum, model.body_count, axis) / mass)
+                set_component(work.center, 1, axis, sum_up(work.momentum, model.body_count, axis) / mass)
         synchronize()
 
     return kinematics_stage

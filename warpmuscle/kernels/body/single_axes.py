@@ -250,10 +250,10 @@ def single_pass_of(hybrid: bool, constrained: bool = False) -> Any:
 
     @func
     def backward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        levels = model.couplings.run_start.shape[0] - 1
+        levels = model.couplings.run_levels
         for step in range(levels):
-            start = int(model.couplings.run_start[nonnegative(levels - 1 - step)])
-            end = model.couplings.run_start[nonnegative(levels - step)]
+            start = int(model.couplings.run[nonnegative(levels - 1 - step)].start)
+            end = model.couplings.run[nonnegative(levels - 1 - step)].end
             while start < end:
                 width = wp.min(end - start, lanes)
                 reduce_run(instance, begin_run(start, width, lane, lanes, model), model, work)
@@ -269,10 +269,10 @@ def single_forward_pass_of(accelerate: Any) -> Any:
 
     @func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        for level in range(model.couplings.run_start.shape[0] - 1):
-            first = nonnegative(model.couplings.run_start[nonnegative(level)])
-            for k in range(first + lane, model.couplings.run_start[nonnegative(level) + 1], lanes):
-                run = model.couplings.run[nonnegative(k)]
+        runs = model.couplings.run
+        for level in range(model.couplings.run_levels):
+            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
+                run = runs[nonnegative(k)]
                 body = nonnegative(run.first)
                 for _ in range(run.count):
                     accelerate(instance, body, model, work)

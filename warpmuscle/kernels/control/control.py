@@ -212,6 +212,13 @@ def no_torques_stage(instance: int, lane: int, lanes: int, model: ModelRef, stat
 NO_CONTROLLER = ControllerKind(no_torques_stage)
 
 
+def asks_torques(controller: ControllerKind) -> bool:
+    """Whether a controller may ask for torques of joints; else they are all 0."""
+    custom = controller.custom
+    own = custom.effort, custom.update, custom.damping, controller.coordinates
+    return controller.torques is not no_torques_stage or any(function is not None for function in own)
+
+
 @cache
 def control_stage_of(controller: ControllerKind) -> Any:
     """The stage (instance, lane, lanes, model, state, work, extension) that says what is wanted of the joints.

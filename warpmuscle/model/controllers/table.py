@@ -12,7 +12,7 @@ from warpmuscle.kernels.control.reflex import added_reflex_force, reflex_force, 
 from warpmuscle.model.controllers import gait_states, simbicon
 from warpmuscle.model.controllers.declared import declared_controller, has_declared
 from warpmuscle.model.controllers.entry import Entry, Zeros
-from warpmuscle.model.reflexes import has_reflexes
+from warpmuscle.model.controllers.reflexes import has_reflexes
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import Topology
 

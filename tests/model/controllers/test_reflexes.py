@@ -9,9 +9,9 @@ import pytest
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load, toml
+from warpmuscle.model.controllers.reflexes import has_reflexes
 from warpmuscle.model.controllers.table import compiled_controller
 from warpmuscle.model.muscles import driven
-from warpmuscle.model.reflexes import has_reflexes
 from warpmuscle.scene import Actuation, Reflex, Reflexes, Scene
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.parameters import free_parameters
