@@ -171,7 +171,7 @@ def test_long_paths_share_blocks_whose_lanes_next_to_one_another_are_of_as_many_
     assert (closed.lanes, closed.block_dim) == (8, 256)  # and more, where constraints push, too
     rounds = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(RouteKind(wraps=3))))
     apart = large_blocks(rounds, structure, None, 4, 65536, 132)
-    assert (apart.lanes, apart.block_dim, apart.paths_apart) == (12, 384, True)  # paths have a kernel of their own
+    assert (apart.lanes, apart.block_dim, apart.paths_apart) == (16, 512, True)  # paths have a kernel of their own
     assert not any(config.paths_apart for config in (usual, many, around, closed))
     larger = usual.compiling(muscles=usual.kind.muscles._replace(paths=PathKind(monomials=7000)))
     assert 32 <= large_blocks(larger, structure, None, 4, 65536, 132).block_dim < 256
@@ -215,7 +215,7 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
 def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
     bodies: int, entries: int, main: int, together: int, lanes: int
 ):
-    """Where more instances fit so (the larger ones here, with more lanes), or as many beside a first cache with room."""
+    """Where more instances fit so (the larger ones here, with more lanes), or as many with room for a cache."""
     scene, gpu = load("gait2392_walk"), SimpleNamespace(is_cpu=False, sm_count=132)
     usual = kernel_config(scene, structure_of(scene), 5120, gpu, None, NOTHING)
     actuation = SimpleNamespace(table=SimpleNamespace(crossings=range(10 * bodies)), muscles=range(bodies))

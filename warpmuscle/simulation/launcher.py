@@ -41,7 +41,6 @@ LARGE_BLOCK = 512  # threads of it ...
 LARGE_BLOCK_OF_WRAPS = 384  # ... which leave each as many registers as paths around surfaces need ...
 LARGE_BLOCK_OF_LOOPS = 256  # ... and with them what constraints leave to the root
 LARGE_BLOCK_IN_MAIN_MEMORY = 512  # ... where lanes wait for main memory, which more of them hide
-LARGE_BLOCK_APART = 512  # ... where a kernel of their own finds paths
 PATHS_APART = True  # whether a kernel of their own finds paths that take long
 SHARED_BYTES = 48 * 1024  # of memory that a block may declare
 
@@ -217,8 +216,6 @@ def in_blocks(
             threads = LARGE_BLOCK_OF_LOOPS
         elif config.kind.skeleton.main >= LEANER:
             threads = LARGE_BLOCK_IN_MAIN_MEMORY
-    elif config.kind.muscles.apart:
-        threads = LARGE_BLOCK_APART
     wide, lean = wraps or config.kind.muscles.apart, config.kind.skeleton.main >= LEAN
     for sizes in (SIDE_BY_SIDE, FEW_SIDE_BY_SIDE):
         found = []
