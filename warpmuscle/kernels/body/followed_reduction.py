@@ -282,7 +282,7 @@ def followed_pass_of(reduce: Any, several_warps: bool = False) -> Any:
     """`dynamics.backward_pass_of` where lanes that find no body of a level share those that others have.
 
     Args:
-        reduce: `reduce_followed_of` some kind, or `single_axes.reduce_single_of`. several_warps: see there.
+        reduce: `reduce_followed_of` some kind. several_warps: see there.
     """
     more = int(several_warps)
 
