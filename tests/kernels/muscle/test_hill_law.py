@@ -10,10 +10,10 @@ from warpmuscle.kernels.muscle.hill_law import HILL, follow_blended, follow_exci
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
 from warpmuscle.kernels.muscle_structs import Muscles
-from warpmuscle.kernels.structs import BLENDED, EXCITED, Model, State
+from warpmuscle.kernels.structs import BLENDED, EXCITED, EXCITED_RISE, Model, State
 
 RISE, FALL, STEP = 0.012, 0.05, 0.004  # s
-WIDTHS = 0.0, 0.4, BLENDED, EXCITED
+WIDTHS = 0.0, 0.4, BLENDED, EXCITED, EXCITED_RISE
 FLOORS = np.float32([[0.1, 0.25]])
 FLOORED = HILL.activate(MuscleKind(LEE, RIGID, HILL, floored=True))
 
@@ -28,19 +28,20 @@ def follow(
     muscle.row.rise_time = rise
     muscle.row.fall_time = fall
     muscle.excitation = u[i]
-    for m in range(4):
+    for m in range(5):
         smooth[m, i] = follow_smoothly(0, m, a[i], muscle, model, state)
     excited[i] = follow_excited(0, 0, a[i], muscle, model, state)
     between[i] = follow_blended(0, 0, a[i], muscle, model, state)
 
 
 def test_activations_relax_at_the_rate_of_their_law():
-    """a + (u - a)(1 - exp(-dt/tau)): Thelen's time constant, MuJoCo's smoothed one, 1/(c1 u + c2) of Hyfydy, and
-    that of De Groote 2016, equation 1, with OpenSim's b = 0.1; of muscles of several laws side by side as well.
+    """a + (u - a)(1 - exp(-dt/tau)): Thelen's time constant, MuJoCo's smoothed one, 1/(c1 u + c2) of Hyfydy,
+    that of De Groote 2016, equation 1, with OpenSim's b = 0.1, and of Schutte 1993, 1/c2 while an activation falls;
+    of muscles of several laws side by side as well.
     """
     a, u = np.random.default_rng(3).random((2, 60))
-    model = filled(Model, time_step=STEP, muscles=filled(Muscles, count=4, smoothing=np.float32([WIDTHS])))
-    smooth = wp.zeros((4, 60), dtype=float, device="cpu")
+    model = filled(Model, time_step=STEP, muscles=filled(Muscles, count=5, smoothing=np.float32([WIDTHS])))
+    smooth = wp.zeros((5, 60), dtype=float, device="cpu")
     excited, between = (wp.zeros(60, dtype=float, device="cpu") for _ in range(2))
     given = [wp.array(values.astype(np.float32), device="cpu") for values in (a, u)]
     wp.launch(follow, 60, [model, State(), RISE, FALL, *given], [smooth, excited, between], device="cpu")
@@ -51,7 +52,8 @@ def test_activations_relax_at_the_rate_of_their_law():
     by_excitation = 1.0 / (u / RISE + (1.0 - u) / FALL)
     f = 0.5 * np.tanh(0.1 * (u - a))
     groote = 1.0 / ((0.5 + f) / up + (0.5 - f) / down)
-    laws = [np.where(u > a, up, down), blended, groote, by_excitation, by_excitation, groote]
+    schutte = np.where(u >= a, by_excitation, FALL)
+    laws = [np.where(u > a, up, down), blended, groote, by_excitation, schutte, by_excitation, groote]
     for got, tau in zip([*smooth.numpy(), excited.numpy(), between.numpy()], laws, strict=True):
         np.testing.assert_allclose(got, u + (a - u) * np.exp(-STEP / tau), atol=2e-6)
 
