@@ -3,9 +3,9 @@
     python tools/opensim_states.py Rajagopal2016.osim MoBL_ARMS.osim --start deviation=0.1 --states 25
 
 OpenSim moves a model as in `opensim_free_runs.py`. In some states of that run, with its activations and fibres, our
-step accelerates the coordinates, too. What differs is told as it is; after OpenSim's accelerations are made the rates of its
-velocities (`opensim_drift.py`); and after the moments are taken out that its paths round several surfaces have about
-joints that they do not cross. `pip install opensim` brings OpenSim 4.6.
+step accelerates the coordinates, too. What differs is told as it is; after OpenSim's accelerations are made the rates
+of its velocities (`opensim_drift.py`); and after the moments are taken out that its paths round several surfaces have
+about joints that they do not cross. `pip install opensim` brings OpenSim 4.6.
 """
 
 from __future__ import annotations
