@@ -73,9 +73,9 @@ def states_of(file: Path, times: Floats, values: dict[str, Floats], moments: Flo
     for moment in moments:
         try:
             now = manager.integrate(float(moment)) if moment > 0.0 else state
+            model.realizeAcceleration(now)
         except RuntimeError:
             break
-        model.realizeAcceleration(now)
         q, speed, acceleration = (
             np.array([getattr(one, ask)(now) for one in coordinates])
             for ask in ("getValue", "getSpeedValue", "getAccelerationValue")
@@ -86,7 +86,8 @@ def states_of(file: Path, times: Floats, values: dict[str, Floats], moments: Flo
         posed.bare.getMatterSubsystem().calcM(posed.bare_state, matrix)
         mass = along.T @ matrix.to_numpy() @ along
         lacking = along.T @ put_right(posed, q, speed, acceleration)[0]
-        posed.pose(q, np.zeros_like(q))
+        posed.put(posed.state, posed.coordinates, q)
+        posed.model.realizePosition(posed.state)
         arm = np.zeros((len(muscles), len(posed.independent)))
         for m, muscle in enumerate(posed.muscles):
             if muscle.getName() in several:

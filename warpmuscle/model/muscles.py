@@ -75,8 +75,9 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", excited=hill and model.activation == "excited" and not several,
+        excited_rise=hill and model.activation == "excited_rise" and not several,
         blended=hill and model.activation == "blended" and not several,
-        smoothed=hill and (several or by_width(muscles, model)),
+        smoothed=hill and (several or (model.activation == "scaled" and is_smoothed(muscles, model))),
         implicit=hill and model.implicit_damping,
         special_curves=shaped_kind(muscles, model) or custom_curves(model), floored=hill and has_floor(muscles, model),
     )  # fmt: skip
@@ -86,11 +87,6 @@ def is_smoothed(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
     """Whether the time constant of some muscle's activation changes smoothly, or may where its width is free."""
     widths = [given(muscle, model, "activation_smoothing") for muscle in muscles]
     return any(isinstance(width, Free) or bool(np.any(width)) for width in widths)
-
-
-def by_width(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
-    """Whether a number of each muscle says how its activation follows, although all follow the same law."""
-    return model.activation == "excited_rise" or (model.activation == "scaled" and is_smoothed(muscles, model))
 
 
 def has_several_activations(muscles: Iterable[Muscle], model: MuscleModel) -> bool:
@@ -161,7 +157,7 @@ def muscles_struct(scene: Scene, chosen: tuple[str, ...], device: Any) -> struct
     masses = rows([muscle_mass(muscle, specific_tension(muscle, model)) for muscle in muscles] or [1.0])
     s.mass = to_device(masses, float, device)
     several = has_several_activations(muscles, model)
-    if several or by_width(muscles, model):
+    if several or is_smoothed(muscles, model):
         widths = [
             RATES.get(given(one, model, "activation"), given(one, model, "activation_smoothing")) for one in muscles
         ]  # fmt: skip

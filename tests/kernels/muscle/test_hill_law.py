@@ -6,7 +6,13 @@ from probes import filled
 
 from warpmuscle.kernels.curve.curves import LEE
 from warpmuscle.kernels.muscle.contraction import RIGID
-from warpmuscle.kernels.muscle.hill_law import HILL, follow_blended, follow_excited, follow_smoothly
+from warpmuscle.kernels.muscle.hill_law import (
+    HILL,
+    follow_blended,
+    follow_excited,
+    follow_excited_rise,
+    follow_smoothly,
+)
 from warpmuscle.kernels.muscle.muscle_kind import MuscleKind
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStep
 from warpmuscle.kernels.muscle_structs import Muscles
@@ -21,7 +27,8 @@ FLOORED = HILL.activate(MuscleKind(LEE, RIGID, HILL, floored=True))
 @wp.kernel(enable_backward=False)
 def follow(
     model: Model, state: State, rise: float, fall: float, a: wp.array[float], u: wp.array[float],
-    smooth: wp.array2d[float], excited: wp.array[float], between: wp.array[float],
+    smooth: wp.array2d[float], excited: wp.array[float], rising: wp.array[float],
+    between: wp.array[float],
 ):  # fmt: skip
     i = wp.tid()
     muscle = MuscleStep()
@@ -31,6 +38,7 @@ def follow(
     for m in range(5):
         smooth[m, i] = follow_smoothly(0, m, a[i], muscle, model, state)
     excited[i] = follow_excited(0, 0, a[i], muscle, model, state)
+    rising[i] = follow_excited_rise(0, 0, a[i], muscle, model, state)
     between[i] = follow_blended(0, 0, a[i], muscle, model, state)
 
 
@@ -42,9 +50,9 @@ def test_activations_relax_at_the_rate_of_their_law():
     a, u = np.random.default_rng(3).random((2, 60))
     model = filled(Model, time_step=STEP, muscles=filled(Muscles, count=5, smoothing=np.float32([WIDTHS])))
     smooth = wp.zeros((5, 60), dtype=float, device="cpu")
-    excited, between = (wp.zeros(60, dtype=float, device="cpu") for _ in range(2))
+    alone = [wp.zeros(60, dtype=float, device="cpu") for _ in range(3)]
     given = [wp.array(values.astype(np.float32), device="cpu") for values in (a, u)]
-    wp.launch(follow, 60, [model, State(), RISE, FALL, *given], [smooth, excited, between], device="cpu")
+    wp.launch(follow, 60, [model, State(), RISE, FALL, *given], [smooth, *alone], device="cpu")
     scale = 0.5 + 1.5 * a
     up, down = RISE * scale, FALL / scale
     x = np.clip((u - a) / WIDTHS[1] + 0.5, 0.0, 1.0)
@@ -53,8 +61,8 @@ def test_activations_relax_at_the_rate_of_their_law():
     f = 0.5 * np.tanh(0.1 * (u - a))
     groote = 1.0 / ((0.5 + f) / up + (0.5 - f) / down)
     schutte = np.where(u >= a, by_excitation, FALL)
-    laws = [np.where(u > a, up, down), blended, groote, by_excitation, schutte, by_excitation, groote]
-    for got, tau in zip([*smooth.numpy(), excited.numpy(), between.numpy()], laws, strict=True):
+    laws = [np.where(u > a, up, down), blended, groote, by_excitation, schutte, by_excitation, schutte, groote]
+    for got, tau in zip([*smooth.numpy(), *(one.numpy() for one in alone)], laws, strict=True):
         np.testing.assert_allclose(got, u + (a - u) * np.exp(-STEP / tau), atol=2e-6)
 
 

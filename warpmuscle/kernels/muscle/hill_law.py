@@ -46,6 +46,15 @@ def follow_excited(
 
 
 @func(inline=True)
+def follow_excited_rise(
+    instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
+) -> float:
+    """The same at a rate that depends on the excitation where the activation rises."""
+    rate = excited_rise_rate(activation, muscle.excitation, muscle.row.rise_time, muscle.row.fall_time)
+    return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
+
+
+@func(inline=True)
 def follow_blended(
     instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
 ) -> float:
@@ -92,6 +101,8 @@ def activate_of(kind: MuscleKind) -> Any:
     dynamics, floored, cables = follow_neural_signal if kind.neural else follow, kind.floored, kind.cables
     if kind.excited:
         dynamics = follow_excited
+    if kind.excited_rise:
+        dynamics = follow_excited_rise
     if kind.blended:
         dynamics = follow_blended
     if kind.smoothed:
