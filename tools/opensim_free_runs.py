@@ -39,10 +39,8 @@ TURN = 2.0 * np.pi  # by which angles may differ
 COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "OpenSim's accuracies", "energy")
 
 
-def theirs(
-    file: Path, times: Floats, values: dict[str, Floats], accuracy: float, frames: Floats
-) -> dict[str, list[float]]:
-    """OpenSim's coordinates by name at some times, up to where it gives up."""
+def begun(file: Path, times: Floats, values: dict[str, Floats], accuracy: float) -> tuple[Any, Any, Any]:
+    """A model of OpenSim whose muscles are excited along lines, its first state, and the Manager of its run."""
     import opensim
 
     opensim.Logger.setLevelString("off")
@@ -70,6 +68,14 @@ def theirs(
     manager.setWriteToStorage(False)
     manager.setPerformAnalyses(False)
     manager.initialize(state)
+    return model, state, manager
+
+
+def theirs(
+    file: Path, times: Floats, values: dict[str, Floats], accuracy: float, frames: Floats
+) -> dict[str, list[float]]:
+    """OpenSim's coordinates by name at some times, up to where it gives up."""
+    model, state, manager = begun(file, times, values, accuracy)
     coordinates = members(model.getCoordinateSet())
     names = coordinate_names(coordinates)
     found: dict[str, list[float]] = {name: [] for name in names}

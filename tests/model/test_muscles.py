@@ -276,9 +276,17 @@ def test_some_muscles_follow_their_excitation_by_another_law():
     kind = model.muscle_kind(scaled, muscles.values())
     assert (kind.smoothed, kind.blended, kind.excited) == (True, False, False)
     assert not model.muscle_kind(MuscleModel(activation="blended"), [muscles["hip"]]).smoothed
+    alike = MuscleModel(activation="excited_rise")
+    kind = model.muscle_kind(alike, [muscles["knee"]])
+    assert (kind.smoothed, kind.excited, kind.excited_rise) == (False, False, True)
+    kind = model.muscle_kind(alike, muscles.values())
+    assert (kind.smoothed, kind.excited_rise) == (True, False)
     scene.muscle_model = scaled
     found = model.muscles_struct(scene, ("hip", "both", "knee"), "cpu").smoothing.numpy()
     np.testing.assert_array_equal(found, [[structs.BLENDED, structs.EXCITED, 0.0]])
+    scene.muscle_model = alike
+    found = model.muscles_struct(scene, ("hip", "knee"), "cpu").smoothing.numpy()
+    np.testing.assert_array_equal(found, [[structs.BLENDED, structs.EXCITED_RISE]])
 
 
 def test_the_state_has_room_for_every_muscle_crossing_and_delay():

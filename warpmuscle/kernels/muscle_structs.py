@@ -199,7 +199,7 @@ class Muscles:
     scaled_rates: int  # 1: the rates of activation depend on the activation
     row: wp.array2d[MuscleRow]  # (rows, muscles)
     mass: wp.array2d[float]  # (rows, muscles) kg; metabolic powers alone read it
-    smoothing: wp.array2d[float]  # (rows, muscles) see `activation.smoothed_rate`; 0: none; or BLENDED, EXCITED
+    smoothing: wp.array2d[float]  # (rows, muscles) see `activation.smoothed_rate`; 0: none; below: BLENDED and others
     timed: wp.array2d[TimedExcitation]  # (rows, muscles)
     knot_time: wp.array2d[float]  # (rows, knots) s
     knot_value: wp.array2d[float]  # (rows, knots)

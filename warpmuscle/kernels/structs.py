@@ -87,7 +87,8 @@ FIRST_COORDINATE_JOINT = 8  # and greater: types whose motion is a function of o
 FOLLOWER, DRIVING_HINGE = 8, 9  # a joint that follows another one's coordinate; a hinge that is followed
 FIRST_OF_TABLE = 10  # and greater: types that the host's table names
 FIRST_AXIS, SECOND_AXIS = 1, 2  # of a universal joint, prescribed
-BLENDED, EXCITED = -1.0, -2.0  # in place of the width over which an activation's time constant changes: by these laws
+# In place of the width over which an activation's time constant changes: by these laws
+BLENDED, EXCITED, EXCITED_RISE = -1.0, -2.0, -3.0
 LEFT, RIGHT, REVERSE, SAME = 0, 1, 2, 3
 RUNNING, COMPLETED, FELL, TURNED, TOUCHED, DIVERGED, CROSSED, COLLIDED, FAILED, STOPPED = map(int, Status)
 BY_TORQUE, BY_MUSCLES, MIXED = 0, 1, 2  # what drives a joint

@@ -37,7 +37,7 @@ from warpmuscle.scene.topology import Topology
 from warpmuscle.scene.validation.paths import is_route
 
 NEGATIVE = {"keep": structs.KEEP, "drop": structs.DROP, "clip": structs.CLIP}
-RATES = {"blended": structs.BLENDED, "excited": structs.EXCITED}
+RATES = {"blended": structs.BLENDED, "excited": structs.EXCITED, "excited_rise": structs.EXCITED_RISE}
 HILL = "hill"  # the law of muscles that ask for no other
 LEGACY_RATE = 2000.0  # steps a second of the original program, in which its delays count
 
@@ -75,6 +75,7 @@ def muscle_kind(model: MuscleModel, muscles: Iterable[Muscle] = ()) -> MuscleKin
     return MuscleKind(
         CURVES[model.curves], tendon_kind(muscles, model) if hill else RIGID, LAWS[name], pulleys=pulleys,
         neural=hill and model.activation == "neural", excited=hill and model.activation == "excited" and not several,
+        excited_rise=hill and model.activation == "excited_rise" and not several,
         blended=hill and model.activation == "blended" and not several,
         smoothed=hill and (several or (model.activation == "scaled" and is_smoothed(muscles, model))),
         implicit=hill and model.implicit_damping,

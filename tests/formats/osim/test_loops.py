@@ -148,6 +148,12 @@ def test_a_locked_coordinate_that_keeps_a_constraint_from_being_met_is_named(tmp
         load(small.written(tmp_path, text), ignored=[])
 
 
+def test_a_constraint_that_is_missed_where_no_coordinate_is_free_is_told(tmp_path: Path):
+    text = four_bar_text(POINT, free=False).replace("</Coordinate>", "<locked>true</locked></Coordinate>")
+    with pytest.raises(SceneError, match=r"cannot be met .* are missing, with a, b_x, b_y, c_z locked$"):
+        load(small.written(tmp_path, text), ignored=[])
+
+
 def test_a_constraint_that_cannot_be_met_is_told_with_its_line(tmp_path: Path):
     text = four_bar_text(POINT.replace("0 -0.4 0.02", "0 -0.4 3"), free=False)
     with pytest.raises(SceneError, match=r"'pin': the constraints cannot be met near .* are missing") as caught:

@@ -140,7 +140,7 @@ def test_activations_of_each_class_follow_its_own_law(tmp_path: Path):
     found = scene_of(tmp_path, "".join(small.muscle(name, POINTS, kind=kind) for name, kind in kinds.items()))
     assert found.muscle_model.activation == "scaled"
     laws = [found.character.muscles[name].activation for name in kinds]
-    assert laws == [None, "blended", None, "excited"]
+    assert laws == [None, "blended", None, "excited_rise"]
     alone = scene_of(tmp_path, small.muscle("b", POINTS, kind=kinds["b"]))
     assert (alone.muscle_model.activation, alone.character.muscles["b"].activation) == ("blended", None)
 

@@ -58,7 +58,7 @@ def test_old_muscles_keep_their_numbers_and_strains(tmp_path: Path, kind: str):
 def test_old_muscles_have_the_curves_of_their_file_and_their_damping(tmp_path: Path):
     path = small.written(tmp_path, small.pendulum(forces=small.muscle("m", PATH, kind="Schutte1993Muscle", more=OLD)))
     model = load(path, ignored=[]).muscle_model
-    assert (model.activation, model.damping) == ("excited", 0.05)
+    assert (model.activation, model.damping) == ("excited_rise", 0.05)
     shape = model.curve_shape
     assert isinstance(shape, SplineCurves)
     assert shape.tendon.x == [-10.0, 0.0, 0.02, 0.06, 20.0]

@@ -285,6 +285,20 @@ def test_halving_the_step_divides_the_error_by_about_four(model: int):
     assert half < 0.35 * rough
 
 
+@every_model
+def test_damping_takes_up_the_same_impulse_of_a_jump_in_steps_of_any_length(model: int):
+    """Of a fibre without activation, less its passive force: beta times its stretch."""
+    slack, start, out, beta = 0.2, 0.7 * L_OPT, np.array([0.1, 0.02]) * L_OPT, 0.1
+    for time_step in (2e-3, 5e-4, 1e-4):
+        path = np.repeat((slack + start + out)[None], int(0.3 / time_step), axis=0)
+        length, force = followed(model, 0.0, path, np.full(2, start), slack, 0.0, beta, time_step)
+        passive = evaluate(muscle.bounded_passive, model, (length / L_OPT).ravel()).reshape(length.shape)
+        impulse = time_step * (force - passive).sum(axis=0)
+        stretch = length[-1] - start
+        assert np.all(stretch > 0.5 * out)
+        np.testing.assert_allclose(impulse, beta * stretch / (V_MAX * L_OPT), rtol=0.02, atol=0.4 * beta * time_step)
+
+
 PHASES = [(1.0, 0.0), (0.01, 0.0), (0.0, 0.0), (0.3, -0.5), (0.3, 0.3), (1.0, 0.5), (0.5, -0.1)]  # activation, l_opt
 
 

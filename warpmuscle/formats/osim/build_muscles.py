@@ -329,10 +329,10 @@ def put_curves(one: records.Muscle, muscle: Muscle) -> None:
         muscle.curve_shape.passive = False
 
 
-def _activation(one: records.Muscle) -> Literal["excited", "blended", "scaled"]:
+def _activation(one: records.Muscle) -> Literal["excited_rise", "blended", "scaled"]:
     """The law by which a muscle's activation rises and falls."""
     if one.old is not None:
-        return "excited"
+        return "excited_rise"
     return "blended" if one.kind == BLENDED else "scaled"
 
 

@@ -70,6 +70,12 @@ def excited_rate(excitation: float, rise_time: float, fall_time: float) -> float
 
 
 @func
+def excited_rise_rate(activation: float, excitation: float, rise_time: float, fall_time: float) -> float:
+    """The same while the activation rises, and c2 while it falls, 1/s: OpenSim's Schutte1993Muscle_Deprecated."""
+    return excited_rate(wp.where(excitation >= activation, excitation, 0.0), rise_time, fall_time)
+
+
+@func
 def activation_relaxed(activation: float, excitation: float, rate: float, time_step: float) -> float:
     """Activation after one step of a' = rate (u - a) at constant rate: exact, so stable for steps of any length."""
     return excitation + (activation - excitation) * wp.exp(-rate * time_step)

@@ -11,6 +11,7 @@ from warpmuscle.kernels.muscle.activation import (
     activation_relaxed,
     blended_rate,
     excited_rate,
+    excited_rise_rate,
     smoothed_rate,
 )
 from warpmuscle.kernels.muscle.cables import cable_signals, with_cables
@@ -20,7 +21,7 @@ from warpmuscle.kernels.muscle.muscle_kind import MuscleKind, MuscleLaw
 from warpmuscle.kernels.muscle.muscle_pipeline import MuscleStepRef
 from warpmuscle.kernels.muscle.muscle_strength import as_stretched, strength_of
 from warpmuscle.kernels.path.path import PathState
-from warpmuscle.kernels.structs import BLENDED, EXCITED, ModelRef, MuscleRow, StateRef, at
+from warpmuscle.kernels.structs import BLENDED, EXCITED, EXCITED_RISE, ModelRef, MuscleRow, StateRef, at
 
 
 @func
@@ -41,6 +42,15 @@ def follow_excited(
 ) -> float:
     """The same at a rate that depends on the excitation."""
     rate = excited_rate(muscle.excitation, muscle.row.rise_time, muscle.row.fall_time)
+    return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
+
+
+@func(inline=True)
+def follow_excited_rise(
+    instance: int, m: int, activation: float, muscle: MuscleStepRef, model: ModelRef, state: StateRef
+) -> float:
+    """The same at a rate that depends on the excitation where the activation rises."""
+    rate = excited_rise_rate(activation, muscle.excitation, muscle.row.rise_time, muscle.row.fall_time)
     return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
 
 
@@ -67,6 +77,8 @@ def follow_smoothly(
         rate = blended_rate(activation, muscle.excitation, row.rise_time, row.fall_time)
     elif width == EXCITED:
         rate = excited_rate(muscle.excitation, row.rise_time, row.fall_time)
+    elif width == EXCITED_RISE:
+        rate = excited_rise_rate(activation, muscle.excitation, row.rise_time, row.fall_time)
     return activation_relaxed(activation, muscle.excitation, rate, model.time_step)
 
 
@@ -89,6 +101,8 @@ def activate_of(kind: MuscleKind) -> Any:
     dynamics, floored, cables = follow_neural_signal if kind.neural else follow, kind.floored, kind.cables
     if kind.excited:
         dynamics = follow_excited
+    if kind.excited_rise:
+        dynamics = follow_excited_rise
     if kind.blended:
         dynamics = follow_blended
     if kind.smoothed:

@@ -26,6 +26,7 @@ LARGEST_SPEED = 1.0  # of v_max
 FASTEST_STRETCH = (
     10.0  # of v_max: a fibre with a compliant tendon gives way to a faster pull than that of LARGEST_SPEED
 )
+SMOOTHEST_SPEED = 1.0  # of v_max, beyond which a step moves a fibre by h v: it gives way to a path that jumps
 UNSETTLED = -1.0  # m, of a fibre that is to come into equilibrium with its tendon in this step
 FIBRE_DAMPING = 0.1  # beta of Millard 2013, of f_max at v_max
 EQUILIBRIUM_STEPS = 40
@@ -267,13 +268,19 @@ def fibre_equilibrium_gradient(
 
 
 @func
+def stepped_length(start: float, reach: float, v: float) -> float:
+    """Fibre length, m, after a step in which its speed is v, of v_max: see `compliant_step`."""
+    return start + reach * (v + 0.5 * (v - wp.clamp(v, -SMOOTHEST_SPEED, SMOOTHEST_SPEED)))
+
+
+@func
 def equilibrium_speed(
     model: int, activation: float, mt_length: float, start: float, reach: float, guess: float,
     l_opt: float, l_slack: float, width: float, damping: float,
 ) -> float:  # fmt: skip
     """Speed v of the fibre over v_max, -LARGEST_SPEED..FASTEST_STRETCH, with which fibre and tendon are in equilibrium.
 
-    It solves, with the fibre length l = start + reach v,
+    It solves, with the fibre length l = start + reach v, where |v| is at most SMOOTHEST_SPEED (see `compliant_step`),
 
         (a f_l(l) f_v(v) + f_p(l) + damping v) cos(pennation) = f_t(l)      (Millard 2013, eq. 8)
 
@@ -289,7 +296,7 @@ def equilibrium_speed(
     per_optimum = 1.0 / l_opt
     per_slack = 1.0 / l_slack
     for _ in range(SPEED_STEPS):
-        length = bounded_fibre_length(start + reach * v, l_opt, width)
+        length = bounded_fibre_length(stepped_length(start, reach, v), l_opt, width)
         x = length * per_optimum
         cosine = wp.max(pennation_cosine(length, width), SMALLEST_COSINE)
         active = activation * active_force_length(model, x)
@@ -303,7 +310,8 @@ def equilibrium_speed(
         else:
             low = v
         stiffness = PASSIVE_STIFFNESS * passive * cosine * per_optimum + tendon[1] * per_slack / cosine
-        slope = (active * fibre[1] + damping) * cosine + stiffness * reach
+        way = wp.where(wp.abs(v) > SMOOTHEST_SPEED, 1.5 * reach, reach)
+        slope = (active * fibre[1] + damping) * cosine + stiffness * way
         better = wp.clamp(v - excess / wp.max(slope, 1.0e-6), -LARGEST_SPEED, FASTEST_STRETCH)
         change = wp.abs(better - v)
         if (wp.abs(excess) < FORCE_TOLERANCE and change < SPEED_TOLERANCE) or change == 0.0:
@@ -322,7 +330,8 @@ def equilibrium_speed_gradient(
     for _ in range(GRADIENT_SOLUTIONS):
         v = equilibrium_speed(model, activation, mt_length, start, reach, v, l_opt, l_slack, width, damping)
     if v > -LARGEST_SPEED and v < FASTEST_STRETCH:
-        free = start + reach * v
+        free = stepped_length(start, reach, v)
+        way = wp.where(wp.abs(v) > SMOOTHEST_SPEED, 1.5 * reach, reach)
         length = bounded_fibre_length(free, l_opt, width)
         x = length / l_opt
         cosine = wp.max(pennation_cosine(length, width), SMALLEST_COSINE)
@@ -335,13 +344,13 @@ def equilibrium_speed_gradient(
         along = wp.vec2(g.length, 0.0)  # by the length that is free, and by that of the bound
         if length > free:
             along = wp.vec2(0.0, g.length)
-        share = -adj_ret / ((activation * full * fibre[1] + damping) * cosine + along[0] * reach)
+        share = -adj_ret / ((activation * full * fibre[1] + damping) * cosine + along[0] * way)
         bound = bound_slopes(l_opt, width) * along[1]
         by_activation = fibre[0] + activation * rise / wp.static(2.0 * SLOPE_STEP)
         wp.adjoint[activation] += full * by_activation * cosine * share
         wp.adjoint[mt_length] += g.mt_length * share
         wp.adjoint[start] += along[0] * share
-        wp.adjoint[reach] += along[0] * v * share
+        wp.adjoint[reach] += along[0] * (free - start) / reach * share
         wp.adjoint[l_opt] += (g.l_opt + bound[0]) * share
         wp.adjoint[l_slack] += g.l_slack * share
         wp.adjoint[width] += (g.width + bound[1]) * share
@@ -359,6 +368,10 @@ def compliant_step(
 
         l_{n+1} = 4/3 l_n - 1/3 l_{n-1} + 2/3 h v_{n+1}
 
+    Of this speed, what is beyond SMOOTHEST_SPEED counts whole in place of 2/3, and not in the next step: where a path
+    jumps, steps together move the fibre by the sum of h v, so that damping takes up the impulse that it should,
+    however long they are.
+
     Args:
         mt_length: of the whole unit at the end of the step. length, previous_length: of the fibre at the start of this
             step and of the one before; equal in the first step. v_max: l_opt/s. damping: as in `fibre_force`.
@@ -370,4 +383,4 @@ def compliant_step(
     reach = 2.0 / 3.0 * whole
     guess = wp.clamp(moved / whole, -LARGEST_SPEED, FASTEST_STRETCH)
     v = equilibrium_speed(model, activation, mt_length, start, reach, guess, l_opt, l_slack, width, damping)
-    return bounded_fibre_length(start + reach * v, l_opt, width)
+    return bounded_fibre_length(stepped_length(start, reach, v), l_opt, width)

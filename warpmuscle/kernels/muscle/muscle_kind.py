@@ -36,6 +36,7 @@ class MuscleKind(NamedTuple):
     timed: bool = True  # some excitations are given over time
     neural: bool = False  # neural dynamics before that of the activation
     excited: bool = False  # the rate of activation depends on the excitation
+    excited_rise: bool = False  # ... or does so only where the activation rises
     blended: bool = False  # ... or lies between those of rising and falling
     smoothed: bool = False  # the time constant of some activations changes smoothly, or is one of another law
     implicit: bool = False  # damping linearised over the step, with rigid tendons

@@ -130,7 +130,7 @@ def met_pose(
     """The first pose that meets the constraints: of `nearest_pose`, `searched_pose`, or `stray_pose`."""
     for search in (nearest_pose, searched_pose):
         found, missing = search(character, names, q, chosen, low, high)
-        if missing <= MISSED:
+        if missing <= MISSED or not chosen:  # then there is no other pose
             return found, missing
     return stray_pose(character, names, q, chosen, low, high)
 

@@ -150,7 +150,8 @@ class Muscle(Part, kw_only=True):
     damping: Annotated[Number | None, "1", FROM_0] = None
     rise_time: Annotated[Number | None, "s", ABOVE_0] = None
     fall_time: Annotated[Number | None, "s", ABOVE_0] = None
-    activation: Literal["scaled", "blended", "excited"] | None = None  # where `MuscleModel` has one of these
+    # Where `MuscleModel` has one of these:
+    activation: Literal["scaled", "blended", "excited", "excited_rise"] | None = None
     activation_smoothing: Annotated[Number | None, "1", FROM_0] = None
     minimum_activation: Annotated[Number | None, "1", FRACTION] = None
     tendon_strain: Annotated[Number | None, "1", ABOVE_0] = None
@@ -168,7 +169,8 @@ class MuscleModel(Part):
     `law`: the law of muscles by its name, see `kernels/muscle/law_names.py`; `legacy` and `ideal` are short for two.
     `activation`: linear, with constant rates; scaled, rates depend on the activation (Thelen 2003, eq. 1 and 2); or
     neural, linear after a neural signal that follows the excitation (Cruz Ruiz 2015, eq. 11); excited, the rate goes
-    from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy; blended, it lies between the scaled ones, as in
+    from 1/fall_time to 1/rise_time with the excitation, as in Hyfydy; excited_rise, it does so while the activation
+    rises, as in OpenSim's Schutte1993Muscle_Deprecated; blended, it lies between the scaled ones, as in
     OpenSim's DeGrooteFregly2016Muscle.
     `activation_smoothing`: of scaled rates, by how much excitation and activation differ where the time constant goes
     smoothly from that of falling to that of rising (MuJoCo's `tausmooth`); at 0 it changes at once.
@@ -196,7 +198,7 @@ class MuscleModel(Part):
     ideal: bool = False
     negative: Literal["keep", "drop", "clip"] = "keep"
     sharing: Literal["each", "least_effort"] = "each"
-    activation: Literal["linear", "scaled", "neural", "excited", "blended"] = "linear"
+    activation: Literal["linear", "scaled", "neural", "excited", "excited_rise", "blended"] = "linear"
     rise_time: Annotated[Number, "s", ABOVE_0] = 0.01  # time constant of activation
     fall_time: Annotated[Number, "s", ABOVE_0] = 0.01  # of deactivation
     activation_smoothing: Annotated[Number, "1", FROM_0] = 0.0  # of scaled rates, see above

@@ -30,7 +30,7 @@ from warpmuscle.scene.trusted_code import CURVE_FIELDS
 from warpmuscle.scene.validation.checks import Checks
 
 ROUNDED = 1.0e-6  # of f_max, by which a curve may fall between its knots
-OPENSIM_ACTIVATIONS = ("scaled", "blended", "excited")  # that muscles of one scene may have side by side
+OPENSIM_ACTIVATIONS = ("scaled", "blended", "excited", "excited_rise")  # that one scene may have side by side
 FLATTEST = 1.5e-8  # slope of force over speed, as OpenSim has it
 
 
@@ -60,9 +60,8 @@ def check_special_values(checks: Checks, key: str, muscle: Muscle) -> None:
         _cable(checks, key, muscle, model)
         return
     if muscle.activation is not None and (law_of(model) != "hill" or model.activation not in OPENSIM_ACTIVATIONS):
-        message = (
-            "only where that of muscle_model is scaled, blended or excited may a muscle have its own; leave it out"
-        )
+        laws = "scaled, blended, excited or excited_rise"
+        message = f"only where that of muscle_model is {laws} may a muscle have its own; leave it out"
         raise SceneError(message, key=f"{key}.activation")
     if muscle.activation_smoothing is not None:
         _smoothing(key, muscle, model)

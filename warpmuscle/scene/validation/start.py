@@ -19,6 +19,7 @@ from warpmuscle.scene.joints import root_type
 from warpmuscle.scene.masses import center_of_mass
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import surface
+from warpmuscle.scene.validation.constraints import loop_warnings
 from warpmuscle.scene.validation.damping import damping_warnings
 from warpmuscle.scene.validation.muscles import SceneWarning, muscle_warnings
 from warpmuscle.scene.validation.objective import sign_warnings
@@ -31,7 +32,7 @@ DEEP = 0.02  # m in the ground, ten times as deep as feet that carry a body; bey
 def doubts_of(scene: Scene) -> list[SceneError]:
     """What is probably a mistake in a checked scene, as errors that are not raised, so that a reader can place them."""
     doubts = [*muscle_warnings(scene), *start_warnings(scene), *damping_warnings(scene), *sign_warnings(scene)]
-    return [*doubts, *object_warnings(scene)]
+    return [*doubts, *object_warnings(scene), *loop_warnings(scene)]
 
 
 def start_warnings(scene: Scene) -> list[SceneError]:
