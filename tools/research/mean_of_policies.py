@@ -4,8 +4,9 @@ For docs/tutorials/learn.md.
 
 python tools/research/mean_of_policies.py s1.h5 s2.h5 s3.h5 scene.toml -o mean.h5
 
-The file keeps how the first was learnt, names the others among its commands, and holds the given scene, which may
-differ from the one of learning in its numbers. What is no network, such as the whole learning curve, is left out.
+The file keeps how the first was learnt, names the others among its commands, and holds the given scene and the gait
+that is imitated in it, which may differ from those of learning in numbers. What is no network, such as the whole
+learning curve, is left out.
 """
 
 from __future__ import annotations
@@ -21,6 +22,7 @@ import typer
 
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load, toml
+from warpmuscle.learning import EpisodeBatch
 from warpmuscle.learning.player import text_of
 from warpmuscle.results.learned import Layer, PolicyTable
 from warpmuscle.results.result import read, write
@@ -61,8 +63,9 @@ def main(
         raise Error("one of the files holds no policy")
     task = load(str(scene))
     assert task.learning is not None
+    gait = EpisodeBatch(task, 1, "cpu", task.learning).kept_gait
     kept = replace(
-        learned[0], policy=mean_of([one.policy for one in learned]), task=text_of(task.learning),
+        learned[0], policy=replace(mean_of([one.policy for one in learned]), gait=gait), task=text_of(task.learning),
         curve={name: column[-1:] for name, column in learned[0].curve.items()}, critic=None,
     )  # fmt: skip
     names = [path.name for path in (*policies, scene)]

@@ -23,10 +23,12 @@ from warpmuscle.core.errors import Error
 
 
 def command_of(
-    task: Path, source: Path, seed: int, until: str, options: list[str], device: str | None, output: Path
-) -> list[str]:
+    task: Path, source: Path, seed: int, until: str, options: list[str], settings: list[str], device: str | None,
+    output: Path,
+) -> list[str]:  # fmt: skip
     """The command that learns with one seed."""
     said = [part for option in options for part in ("--option", option)]
+    said += [part for setting in settings for part in ("--set", setting)]
     where = [] if device is None else ["--device", device]
     return [
         sys.executable, "-m", "warpmuscle", "learn", str(task), "--from", str(source), "--until", until,
@@ -40,13 +42,18 @@ def main(
     seeds: Annotated[int, typer.Option(min=1)] = 5,
     until: Annotated[str, typer.Option(help="Wall time of learning.")] = "432s",
     option: Annotated[list[str] | None, typer.Option(help="KEY=VALUE of the training.")] = None,
+    setting: Annotated[
+        list[str] | None, typer.Option("--set", help="KEY=VALUE of the task while it is learnt.")
+    ] = None,
     device: Annotated[str | None, typer.Option()] = None,
     output: Annotated[Path, typer.Option("-o", "--output")] = Path("mean.h5"),
 ) -> None:
     """Learn, wait for all, and write the mean of their weights with the scene of the task."""
     files = [output.with_name(f"{output.stem}_{seed}.h5") for seed in range(1, seeds + 1)]
     running = [
-        subprocess.Popen(command_of(task, source, seed, until, option or [], device, file), stdout=subprocess.DEVNULL)
+        subprocess.Popen(
+            command_of(task, source, seed, until, option or [], setting or [], device, file), stdout=subprocess.DEVNULL
+        )
         for seed, file in enumerate(files, start=1)
     ]
     failed = [file.name for file, process in zip(files, running, strict=True) if process.wait() != 0]
