@@ -20,7 +20,7 @@ import numpy as np
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import toml
-from warpmuscle.learning.player import replay, task_of
+from warpmuscle.learning.player import task_of
 from warpmuscle.results.learned import Ancestor, PolicyTable
 from warpmuscle.results.result import read, write
 from warpmuscle.simulation.perturbations import none
@@ -76,9 +76,8 @@ def calibrate(source: Path, output: Path, share: float, device: str | None, thre
         print("told {:.2f} m/s: {:.2f}, now {:.2f}".format(*one))
     itself = Ancestor(source.name, result.seed, learned.decisions, result.command)
     changed = replace(learned, policy=policy, options={"share": share}, ancestors=(itself, *learned.ancestors))
-    motion, _ = replay(policy, scene, str(device or "cpu"), task_of(learned))
     command = shlex.join(["python", *sys.argv])
-    write(output, replace(result, command=command, learned=changed, replays=(motion,)))
+    write(output, replace(result, command=command, learned=changed, replays=()))
 
 
 if __name__ == "__main__":

@@ -51,6 +51,18 @@ def test_files_keep_the_gait_of_a_scene_from_an_opensim_model(name, tmp_path):
 
 
 @pytest.mark.long
+@pytest.mark.parametrize("told", [0.8, 1.6])
+def test_the_policy_on_peoples_feet_walks_as_fast_as_it_is_told(told, tmp_path):
+    write("policies", tmp_path)
+    scene = msgspec.structs.replace(load(str(tmp_path / "gait2392_arms_feet.toml")), duration=6.0)
+    learned = learned_in(tmp_path / "gait2392_arms_feet.h5")
+    task = lasting(commanded(task_of(learned), [f"speed={told}", "turning_rate=0"]))
+    recording, status = replay(learned.policy, scene, "cpu", task)
+    assert status == Status.COMPLETED
+    assert recording.com_velocity[recording.time >= 2.0, 2].mean() == pytest.approx(told, abs=0.06)
+
+
+@pytest.mark.long
 def test_the_policy_that_runs_flies_twice_a_stride_and_bends_its_knees_as_runners_do(tmp_path):
     write("policies", tmp_path)
     scene = msgspec.structs.replace(load(str(tmp_path / "gait2392_run_by_policy.toml")), duration=4.0)

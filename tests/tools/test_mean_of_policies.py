@@ -1,4 +1,4 @@
-"""Means of the weights of two policies."""
+"""Means of the weights of policies."""
 
 import sys
 from dataclasses import replace
@@ -29,31 +29,29 @@ def a_policy(seed: int) -> PolicyTable:
     return PolicyTable(("a", "b", "c"), ("x", "y"), zero, one, 8.0, (Layer(weight, bias),))
 
 
-def test_a_policy_between_two_acts_between_them():
-    one, other = a_policy(1), a_policy(2)
-    seen = np.random.default_rng(3).normal(size=(20, 3)).astype(np.float32)
-    apart = actions_of(other, seen) - actions_of(one, seen)
-    for share in (0.0, 0.25, 1.0):
-        moved = actions_of(mean_of(one, other, share), seen) - actions_of(one, seen)
-        np.testing.assert_allclose(moved, share * apart, atol=1e-5)
+def test_a_mean_acts_as_all_do_in_the_mean():
+    policies = [a_policy(k) for k in range(1, 6)]
+    seen = np.random.default_rng(6).normal(size=(20, 3)).astype(np.float32)
+    expected = np.mean([actions_of(policy, seen) for policy in policies], axis=0)
+    np.testing.assert_allclose(actions_of(mean_of(policies), seen), expected, atol=1e-5)
 
 
-def test_noise_is_between_the_two_and_others_are_refused():
-    one, other = (replace(a_policy(k), noise=ClippedNoise(np.full(2, k, dtype=np.float32), -1.0, 1.0)) for k in (1, 2))
-    noise = mean_of(one, other, 0.25).noise
+def test_noise_is_the_mean_and_others_are_refused():
+    one, other = (replace(a_policy(k), noise=ClippedNoise(np.full(2, k, dtype=np.float32), -1.0, 1.0)) for k in (1, 4))
+    noise = mean_of([one, one, other]).noise
     assert noise is not None
-    np.testing.assert_allclose(noise.deviation, 1.25)
-    with pytest.raises(Error, match="observe or move something else"):
-        mean_of(one, replace(other, action=("x", "z")), 0.5)
+    np.testing.assert_allclose(noise.deviation, 2.0)
+    with pytest.raises(Error, match="observe or move different things"):
+        mean_of([one, one, replace(other, action=("x", "z"))])
     wider = Layer(np.zeros((2, 4), dtype=np.float32), np.zeros(2, dtype=np.float32))
-    with pytest.raises(Error, match="other layers"):
-        mean_of(one, replace(other, layers=(wider,)), 0.5)
+    with pytest.raises(Error, match="different layers"):
+        mean_of([one, replace(other, layers=(wider,))])
 
 
 def test_the_file_holds_the_given_scene_and_every_command(tmp_path: Path):
     write("policies", tmp_path)
     one, other, scene = (tmp_path / f"gait2392_arms_{name}" for name in ("feet.h5", "like_people.h5", "feet.toml"))
-    main(one, other, scene, 0.5, tmp_path / "mean.h5")
+    main([one, other], scene, tmp_path / "mean.h5")
     found, first = read(tmp_path / "mean.h5"), read(one)
     assert found.learned is not None
     assert first.learned is not None
@@ -62,6 +60,6 @@ def test_the_file_holds_the_given_scene_and_every_command(tmp_path: Path):
     assert found.command.splitlines() == [
         *first.command.splitlines(), *read(other).command.splitlines(),
         "python tools/research/mean_of_policies.py gait2392_arms_feet.h5 gait2392_arms_like_people.h5 "
-        "gait2392_arms_feet.toml --share 0.5 -o mean.h5",
+        "gait2392_arms_feet.toml -o mean.h5",
     ]  # fmt: skip
     assert found.learned.policy.mean.shape == first.learned.policy.mean.shape
