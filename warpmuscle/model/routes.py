@@ -138,7 +138,7 @@ def routes_struct(
         structs.Lever, device,
         crossing=[lever[0] for lever in flat], joint=[lever[1] for lever in flat], beyond=[lever[2] for lever in flat],
         group=[lever[3] for lever in flat],
-        last=[int(end) for own in levers for end in _ends_of_crossings(own, names, character)],
+        last=_ends_of_crossings(levers, names, character),
     )  # fmt: skip
     on_points = [bits_of_levers(own, k) for own, path in zip(levers, points, strict=True) for k in range(len(path))]
     _put_points(r, paths, on_points, crossing, first_condition, names, character, device)
@@ -152,11 +152,14 @@ def routes_struct(
 
 
 def _ends_of_crossings(
-    levers: Sequence[tuple[int, int, int, int]], names: Topology, character: Character
-) -> list[bool]:  # fmt: skip
-    """Whether what levers have gathered is to be given: the next one is of another crossing, or of another kind."""
-    kinds = [(crossing, by_coordinate(names.joints[joint - 1], character)) for crossing, joint, _, _ in levers]
-    return [kinds[k + 1 : k + 2] != [own] for k, own in enumerate(kinds)]
+    levers: Sequence[Sequence[tuple[int, int, int, int]]], names: Topology, character: Character
+) -> list[int]:  # fmt: skip
+    """1 where what levers have gathered is to be given: the next one is of another crossing, or of another kind."""
+    found = []
+    for of_route in levers:
+        kinds = [(crossing, by_coordinate(names.joints[joint - 1], character)) for crossing, joint, _, _ in of_route]
+        found += [int(kinds[k + 1 : k + 2] != [kind]) for k, kind in enumerate(kinds)]
+    return found
 
 
 def bits_of_levers(levers: Sequence[tuple[int, int, int, int]], stop: int) -> int:

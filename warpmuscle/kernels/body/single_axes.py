@@ -36,7 +36,7 @@ class SingleJoint:
     force: wp.vec3
     d: float  # (S . I S + K)^-1; 0 if a followed coordinate moves the joint
     q: float  # acceleration where the parent has none
-    own: int  # which followed coordinate moves it; -1: none
+    row: int  # which followed coordinate moves it; -1: none
     free: int  # 1: forces move it
     r: wp.vec3  # m, from the parent's joint
     bias: wp.vec3  # rad/s^2, that its body turns by at constant speeds
@@ -119,8 +119,8 @@ def take_body_of(hybrid: bool) -> Any:
         x.c = work.block_c[body] + x.c
         x.n = work.bias_moment[body] + x.n
         x.f = work.bias_force[body] + x.f
-        j.own = followed(body, model)
-        j.free = wp.where(kind != FIXED and j.own < 0, 1, 0)
+        j.row = followed(body, model)
+        j.free = wp.where(kind != FIXED and j.row < 0, 1, 0)
         j.bias = work.bias[body]
         j.r = work.position[body] - work.position[parent]
         w = work.angular_velocity[parent]
@@ -167,8 +167,8 @@ def leave_single_of(constrained: bool) -> Any:
         along = wp.dot(j.turning, moment) + wp.dot(j.moving, force)
         response = j.d * along
         v = wp.dot(moment, j.bias) + wp.dot(force, j.drift)
-        if j.own >= 0:
-            if k == j.own:
+        if j.row >= 0:
+            if k == j.row:
                 along = 2.0 * along + wp.dot(j.turning, j.moment) + wp.dot(j.moving, j.force)
                 v += wp.dot(j.turning, x.n) + wp.dot(j.moving, x.f)
                 moment += j.moment

@@ -116,9 +116,8 @@ def walk_of(
 
     Args: acting: whether it gives the moment arms, too. Others are those of `path.segments_stretch_of`; see `room_of`.
     """
-    count, placed_struct = max(kind.wraps, 1), placed_of(max(kind.places, 1))
-    bends_struct, bend_after = bends_of(count), bend_after_of(count)
-    motions, wrapping, across = kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
+    count, motions, wrapping, across = max(kind.wraps, 1), kind.motions > 0 and not wrench, kind.wraps > 0, kind.across
+    bends_struct, bend_after, placed_struct = bends_of(count), bend_after_of(count), placed_of(max(kind.places, 1))
     counts, place = stops_of(kind, acting and motions)
     slips, bodies = kind.slips and acting and not wrench, (motions and across) or kind.slips
     last, add_arm = room_of(kind, wrench) - 1, pull_rows_of(kind, room_of(kind, wrench)).add
@@ -171,10 +170,8 @@ def walk_of(
                 total += share * length
                 if wp.static(acting):
                     direction = d * (share / wp.max(length, SHORTEST))
-                    act(
-                        instance, span, a, left, reached, direction, before, stop, behind, beyond, between, model,
-                        state, work, pulls,
-                    )  # fmt: skip
+                    act(instance, span, a, left, reached, direction, before, stop, behind, beyond, between, model,
+                        state, work, pulls)  # fmt: skip
                     if wp.static(slips):
                         faster = slip(span, before, stop, body_before, body, d, reached - left, model, work)
                         add_arm(pulls, wp.static(last), wp.vec3(share * faster, 0.0, 0.0))
