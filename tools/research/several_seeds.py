@@ -5,8 +5,8 @@ For docs/tutorials/learn.md.
 python tools/research/several_seeds.py task.toml --from begun.h5 --until 432s --option learning_rate=3e-5 -o mean.h5
 
 Each seed is a process of its own, `warpmuscle learn`, and leaves `mean_1.h5`, `mean_2.h5` and so on beside the mean.
-They share the device, so that each makes a fifth of the decisions of one that has it alone. There is no mean if a seed
-ends with an error.
+They share the device: of five, each makes a fifth to a quarter of the decisions of one that has it alone, the latter if
+NVIDIA's multi-process service runs (`nvidia-cuda-mps-control -d`). There is no mean if a seed ends with an error.
 """
 
 from __future__ import annotations
