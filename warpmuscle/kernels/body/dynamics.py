@@ -319,18 +319,37 @@ def backward_pass_of(reduce: Any) -> Any:
 
 
 @cache
-def forward_pass_of(accelerate: Any) -> Any:
-    """The Warp function of accelerations of all bodies and joints but the root, level by level. It ends with a barrier.
+def forward_pass_of(visit: Any) -> Any:
+    """The Warp function that visits all bodies but the root, level by level from there. It ends with a barrier.
 
     Args:
-        accelerate: a Warp function (instance, body, model, work), such as `accelerate_body`.
+        visit: a Warp function (instance, body, model, work), such as `accelerate_body`.
     """
 
     @func
     def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
         for level in range(1, model.level_count):
             for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-                accelerate(instance, body, model, work)
+                visit(instance, body, model, work)
+            synchronize()
+
+    return forward_pass
+
+
+@cache
+def forward_pass_in_runs_of(visit: Any) -> Any:
+    """The same, run by run (`body_structs.BodyRun`): a lane goes along one from its first body without waiting."""
+
+    @func
+    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
+        runs = model.couplings.run
+        for level in range(model.couplings.run_levels):
+            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
+                run = runs[nonnegative(k)]
+                body = nonnegative(run.first)
+                for _ in range(run.count):
+                    visit(instance, body, model, work)
+                    body = nonnegative(model.skeleton.plan[body].first_child)
             synchronize()
 
     return forward_pass

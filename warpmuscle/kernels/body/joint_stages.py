@@ -16,6 +16,7 @@ from warpmuscle.kernels.body.dynamics import (
     acceleration_stage,
     acceleration_stage_of,
     backward_pass_of,
+    forward_pass_in_runs_of,
     forward_pass_of,
 )
 from warpmuscle.kernels.body.followed import (
@@ -37,7 +38,7 @@ from warpmuscle.kernels.body.integration import integrate_stage
 from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
-from warpmuscle.kernels.body.single_axes import single_forward_pass_of, single_pass_of
+from warpmuscle.kernels.body.single_axes import single_pass_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
@@ -135,7 +136,7 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
                 single_pass_of(rest, constrained)
                 if kind.single
                 else followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
-                (single_forward_pass_of if kind.single else forward_pass_of)(accelerate_followed_of(rest)),
+                (forward_pass_in_runs_of if kind.single else forward_pass_of)(accelerate_followed_of(rest)),
                 constrained,
                 kind.single,
             )

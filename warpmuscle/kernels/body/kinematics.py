@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import rotation_matrix
+from warpmuscle.kernels.body.dynamics import forward_pass_in_runs_of, forward_pass_of
 from warpmuscle.kernels.body.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.functions import func
 from warpmuscle.kernels.memory.scratch import synchronize
@@ -209,39 +210,6 @@ def component_sum_of_many(values: wp.array[wp.vec3], count: int, axis: int) -> f
 
 
 @cache
-def place_levels_of(place: Any) -> Any:
-    """The Warp function that places all bodies but the root, level by level."""
-
-    @func
-    def place_levels(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        for level in range(1, model.level_count):
-            for body in range(nonnegative(model.level_start[level] + lane), model.level_start[level + 1], lanes):
-                place(model.skeleton, body, work)
-            synchronize()
-
-    return place_levels
-
-
-@cache
-def place_runs_of(place: Any) -> Any:
-    """The same, run by run: a lane goes from the first body of one to the last without waiting for others."""
-
-    @func
-    def place_runs(lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        runs = model.couplings.run
-        for level in range(model.couplings.run_levels):
-            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
-                run = runs[nonnegative(k)]
-                body = nonnegative(run.first)
-                for _ in range(run.count):
-                    place(model.skeleton, body, work)
-                    body = nonnegative(model.skeleton.plan[body].first_child)
-            synchronize()
-
-    return place_runs
-
-
-@cache
 def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: bool = False) -> Any:
     """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
 
@@ -250,8 +218,14 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
         prepare: a stage that comes before, if any. in_runs: whether lanes place runs of bodies, see `single_axes.py`.
     """
     prepared = prepare is not None
-    place_all = place_runs_of(place) if in_runs else place_levels_of(place)
+    pass_of = forward_pass_in_runs_of if in_runs else forward_pass_of
     sum_up = component_sum_of_many if in_runs else component_sum
+
+    @func
+    def place_one(instance: int, body: int, model: ModelRef, work: ScratchRef):
+        place(model.skeleton, body, work)
+
+    place_all = pass_of(place_one)
 
     @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -265,7 +239,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
             not_unrolled()
             move(instance, body, half, model, state, work)
         synchronize()
-        place_all(lane, lanes, model, work)
+        place_all(instance, lane, lanes, model, work)
         mass = at(skeleton.total_mass, instance, 0)
         for i in range(lane, model.body_count, lanes):
             not_unrolled()

@@ -263,25 +263,6 @@ def single_pass_of(hybrid: bool, constrained: bool = False) -> Any:
     return backward_pass
 
 
-@cache
-def single_forward_pass_of(accelerate: Any) -> Any:
-    """`dynamics.forward_pass_of` run by run."""
-
-    @func
-    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        runs = model.couplings.run
-        for level in range(model.couplings.run_levels):
-            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
-                run = runs[nonnegative(k)]
-                body = nonnegative(run.first)
-                for _ in range(run.count):
-                    accelerate(instance, body, model, work)
-                    body = nonnegative(model.skeleton.plan[body].first_child)
-            synchronize()
-
-    return forward_pass
-
-
 @wp.func_native(snippet="wp::address(factors, body)->data[0][2] -= less;")
 def lessen_acceleration(factors: wp.array[wp.mat33], body: int, less: float): ...  # of a joint of one axis
 
