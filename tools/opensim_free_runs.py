@@ -11,6 +11,7 @@ from __future__ import annotations
 
 import time
 import warnings
+from collections.abc import Callable, Iterator, Sequence
 from pathlib import Path
 from tempfile import TemporaryDirectory
 from typing import Annotated, Any
@@ -102,6 +103,14 @@ def started(file: Path, starts: dict[str, float], folder: Path) -> Path:
     model.initSystem()
     model.printToXML(str(folder / file.name))
     return folder / file.name
+
+
+def started_each(models: Sequence[Path], start: Sequence[str], row_of: Callable[[Path], str]) -> Iterator[str]:
+    """The row of each model, which starts at COORDINATE=VALUE, rad or m, where some are given."""
+    starts = {name: float(value) for name, _, value in (word.partition("=") for word in start)}
+    for file in models:
+        with TemporaryDirectory() as folder:
+            yield row_of(with_process(started, file, starts, Path(folder)) if starts else file)
 
 
 def energies(file: Path, names: list[str], q: Floats, rate: Floats) -> Floats:
@@ -219,14 +228,8 @@ def main(
 ) -> None:
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
-    starts = {name: float(value) for name, _, value in (word.partition("=") for word in start or [])}
-
-    def row_of(file: Path) -> str:
-        with TemporaryDirectory() as folder:
-            own = with_process(started, file, starts, Path(folder)) if starts else file
-            return row(own, seconds, step, seed, hard_points)
-
-    show_table(COLUMNS, map(row_of, models), output)
+    rows = started_each(models, start or [], lambda file: row(file, seconds, step, seed, hard_points))
+    show_table(COLUMNS, rows, output)
 
 
 if __name__ == "__main__":

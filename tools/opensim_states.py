@@ -14,7 +14,6 @@ from __future__ import annotations
 import warnings
 from dataclasses import dataclass
 from pathlib import Path
-from tempfile import TemporaryDirectory
 from typing import Annotated, Any
 
 import numpy as np
@@ -22,7 +21,7 @@ import typer
 import warp as wp
 from free_runs import Floats, drawn, excited, show_table
 from opensim_drift import put_right
-from opensim_free_runs import begun, started
+from opensim_free_runs import begun, started_each
 from opensim_oracle import with_process
 from opensim_ours import Ours
 from opensim_posed import Posed, members
@@ -174,14 +173,8 @@ def main(
 ) -> None:
     """Compare."""
     wp.config.log_level = wp.LOG_WARNING
-    starts = {name: float(value) for name, _, value in (word.partition("=") for word in start or [])}
-
-    def row_of(file: Path) -> str:
-        with TemporaryDirectory() as folder:
-            own = with_process(started, file, starts, Path(folder)) if starts else file
-            return row(own, seconds, states, seed)
-
-    show_table(COLUMNS, map(row_of, models), output)
+    rows = started_each(models, start or [], lambda file: row(file, seconds, states, seed))
+    show_table(COLUMNS, rows, output)
 
 
 if __name__ == "__main__":
