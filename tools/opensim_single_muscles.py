@@ -1,0 +1,131 @@
+"""Accelerations at the start by weight and by each muscle alone, here and in OpenSim: a table for the manual.
+
+    python tools/opensim_single_muscles.py ThoracoscapularShoulder.osim arm26.osim
+
+Nothing moves, so that neither velocities nor steps matter, and loops may hold the bodies: what differs is a muscle's
+tension or where its path pulls. OpenSim's acceleration of a coordinate is compared where its speed is the rate of its
+value, which it is not in a joint of a scapula. `pip install opensim` brings OpenSim 4.6.
+"""
+
+from __future__ import annotations
+
+import warnings
+from pathlib import Path
+from typing import Annotated, Any
+
+import msgspec
+import numpy as np
+import typer
+import warp as wp
+from free_runs import START, Floats, excited, show_table
+from opensim_oracle import with_process
+from opensim_posed import coordinate_names, members
+
+import warpmuscle as wm
+from warpmuscle.scene import Scene
+from warpmuscle.simulation.rollout import Rollout
+
+STEP = 1.0e-5  # s, of ours
+NEAR, SMALL = 0.01, 1.0  # of the greatest acceleration by the muscle; rad/s^2, by which loops may give way
+COLUMNS = ("model", "coordinates", "weight, apart", "muscles", "within 1 % or 1 rad/s2", "others")
+
+
+def theirs(file: Path) -> tuple[list[str], list[str], Floats, Floats]:
+    """Names of coordinates (K,) and muscles (M,), accelerations (M + 1, K), by weight first, and tensions (M,), N."""
+    import opensim
+
+    opensim.Logger.setLevelString("off")
+    model = opensim.Model(str(file))
+    state = model.initSystem()
+    coordinates = members(model.getCoordinateSet())
+    muscles = [muscle for muscle in members(model.getMuscles()) if muscle.appliesForce(state)]
+    model.assemble(state)
+    for muscle in muscles:
+        muscle.setActivation(state, START)
+    model.equilibrateMuscles(state)
+    rows, tensions = [], []
+    for only in (None, *muscles):
+        now = opensim.State(state)
+        for muscle in muscles:
+            muscle.setAppliesForce(now, only is not None and muscle.getName() == only.getName())
+        model.realizeAcceleration(now)
+        rows.append([one.getAccelerationValue(now) for one in coordinates])
+        if only is not None:
+            tensions.append(only.getTendonForce(now))
+    same = rates_are_speeds(model, opensim.State(state), coordinates)
+    names = [name for name, one in zip(coordinate_names(coordinates), same, strict=True) if one]
+    found = np.array(rows)[:, same]
+    found[1:] -= found[0]
+    return names, [muscle.getName() for muscle in muscles], found, np.array(tensions)
+
+
+def rates_are_speeds(model: Any, state: Any, coordinates: list[Any]) -> Floats:
+    """Whether the speed of each coordinate (K,) is the rate of its value: a short way along all speeds tells."""
+    rng = np.random.default_rng(1)
+    asked = rng.uniform(0.5, 1.0, len(coordinates))
+    for one, speed in zip(coordinates, asked, strict=True):
+        if not one.getLocked(state):
+            one.setSpeedValue(state, float(speed))
+    model.realizeVelocity(state)
+    rates = state.getQDot().to_numpy().copy()
+    before = state.getQ().to_numpy().copy()
+    found = []
+    for one in coordinates:
+        value = one.getValue(state)
+        if one.getLocked(state):
+            found.append(False)
+            continue
+        one.setValue(state, value + 1.0e-3, False)
+        place = int(np.argmax(np.abs(state.getQ().to_numpy() - before)))
+        found.append(abs(rates[place] - one.getSpeedValue(state)) < 1.0e-9)
+        one.setValue(state, value, False)
+    return np.array(found)
+
+
+def ours_by(scene: Scene, muscle: str | None) -> tuple[dict[str, float], float]:
+    """Accelerations from rest, by the names of speeds, with one muscle or none, and its tension, N."""
+    own = scene.character
+    alone = {} if muscle is None else {muscle: own.muscles[muscle]}
+    scene = msgspec.structs.replace(scene, character=msgspec.structs.replace(own, muscles=alone))
+    values = {name: np.full(2, START) for name in alone}
+    rollout = Rollout(excited(scene, np.array([0.0, 1.0]), values, 1.0, STEP), 1, "cpu")
+    rollout.step()
+    found = rollout.state.accelerations.numpy()[0].astype(float)
+    tension = float(rollout.state.muscles.force.numpy()[0, 0]) if alone else 0.0
+    return dict(zip(rollout.speed_names, found.tolist(), strict=True)), tension
+
+
+def row(file: Path) -> str:
+    """A row of the table."""
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        scene = wm.load(file, hard_points=True)
+    names, muscles, expected, tensions = with_process(theirs, file)
+    weight, _ = ours_by(scene, None)
+    shared = [name for name in names if name in weight]
+    expected = expected[:, [names.index(name) for name in shared]]
+    base = np.array([weight[name] for name in shared])
+    far: list[str] = []
+    for k, muscle in enumerate(muscles):
+        found, tension = ours_by(scene, muscle)
+        ours = np.array([found[name] for name in shared]) - base
+        ours *= tensions[k] / tension if tension > 0.0 else 1.0  # what the muscle pulls with is compared elsewhere
+        off, most = np.abs(ours - expected[k + 1]).max(), np.abs(expected[k + 1]).max()
+        if off > max(NEAR * most, SMALL):
+            far.append(f"{muscle} {off:.2g} of {most:.2g}")
+    weight_off = f"{np.abs(base - expected[0]).max():.1g} of {np.abs(expected[0]).max():.2g}"
+    near = len(muscles) - len(far)
+    return f"| {file.stem} | {len(shared)} | {weight_off} | {len(muscles)} | {near} | {', '.join(far[:4])} |"
+
+
+def main(
+    models: Annotated[list[Path], typer.Argument(help="Files of the models.")],
+    output: Annotated[Path | None, typer.Option("-o", help="File for the table.")] = None,
+) -> None:
+    """Compare."""
+    wp.config.log_level = wp.LOG_WARNING
+    show_table(COLUMNS, (row(file) for file in models), output)
+
+
+if __name__ == "__main__":
+    typer.run(main)
