@@ -214,9 +214,11 @@ def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 
 @cache
-def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False, of_two: bool = False) -> Any:
+def move_any_of(
+    joints: tuple[MotionOf, ...], displaced: bool = False, of_two: bool = False, sparse: bool = False
+) -> Any:
     """The Warp function `move_joint` where there may be such joints of one coordinate, or of two."""
-    joint_motion = motion_of(joints, displaced)
+    joint_motion = motion_of(joints, displaced, sparse)
 
     @wp.func
     def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):

@@ -35,7 +35,7 @@ from warpmuscle.kernels.body.follower import (
 from warpmuscle.kernels.body.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
 from warpmuscle.kernels.body.inertia import inertia_stage_of
 from warpmuscle.kernels.body.integration import integrate_stage
-from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
+from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage_of, has_displacements
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.single_axes import single_pass_of
@@ -45,6 +45,7 @@ from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
 from warpmuscle.kernels.memory.scratch import (
     ALL,
     ENTRIES,
+    LEANER,
     NEAR,
     coordinate_work_at_of,
     followed_work_at_of,
@@ -117,7 +118,8 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
             integrate_stage,
         )  # fmt: skip
     displaced = several_warps and has_displacements(kind.joints)
-    prepare = displacements_stage if displaced else None
+    sparse = kind.main >= LEANER
+    prepare = displacements_stage_of(sparse) if displaced else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
     if kind.follows:
@@ -148,7 +150,10 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
     return JointStages(
         views,
         kinematics_stage_of(
-            move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare, bool(kind.single and kind.open)
+            move_any_of(kind.joints, displaced, kind.of_two, sparse),
+            place_any,
+            prepare,
+            bool(kind.single and kind.open),
         ),
         prescribe_any,
         inertia_stage,
