@@ -41,11 +41,11 @@ from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.single_axes import single_pass_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
+from warpmuscle.kernels.memory.main_memory import Apart, nothing_near, poses_near
 from warpmuscle.kernels.memory.scratch import (
-    ALL,
     ENTRIES,
     LEANER,
+    LEANEST,
     NEAR,
     coordinate_work_at_of,
     followed_work_at_of,
@@ -130,8 +130,8 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         views = followed_work_at_of(kind.open, kind.near_entries, kind.main)
         if kind.constraints:
             views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints, kind.main)
-        if kind.main == ALL:
-            views = nothing_near
+        if kind.main >= LEANEST:
+            views = poses_near if kind.main == LEANEST else nothing_near
         constrained = kind.constraints > 0
         acceleration, hybrid = (
             stage_of(

@@ -9,6 +9,7 @@ from warpmuscle.kernels.algebra.spatial import rotation_matrix
 from warpmuscle.kernels.body.dynamics import forward_pass_in_runs_of, forward_pass_of
 from warpmuscle.kernels.body.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -168,7 +169,7 @@ def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     parent = nonnegative(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
     rotation = rotation_matrix(q)
-    parent_rotation = work.rotation[parent]
+    parent_rotation = rotation_of(parent, work)
     parent_angular = work.angular_velocity[parent]
     parent_lag = work.lag_angular[parent]
     r = parent_rotation * work.anchor[body]
@@ -245,7 +246,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
             not_unrolled()
             row = at(skeleton.row, instance, i)
             m = row.mass
-            c = work.rotation[i] * row.com
+            c = rotation_of(i, work) * row.com
             work.moment[i] = m * (work.position[i] + c)
             work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
         synchronize()
