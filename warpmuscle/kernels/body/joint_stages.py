@@ -3,6 +3,12 @@
 from functools import cache
 from typing import Any, NamedTuple
 
+from warpmuscle.kernels.body.along_runs import (
+    accelerate_next_of,
+    accelerated_of,
+    pass_along_runs_of,
+    place_along_runs,
+)
 from warpmuscle.kernels.body.coordinate_joint import (
     accelerate_any,
     accelerate_any_remaining,
@@ -16,7 +22,6 @@ from warpmuscle.kernels.body.dynamics import (
     acceleration_stage,
     acceleration_stage_of,
     backward_pass_of,
-    forward_pass_in_runs_of,
     forward_pass_of,
 )
 from warpmuscle.kernels.body.followed import (
@@ -138,7 +143,9 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
                 single_pass_of(rest, constrained)
                 if kind.single
                 else followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
-                (forward_pass_in_runs_of if kind.single else forward_pass_of)(accelerate_followed_of(rest)),
+                pass_along_runs_of(accelerate_next_of(rest), accelerated_of)
+                if kind.single
+                else forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
                 kind.single,
             )
@@ -153,7 +160,7 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
             move_any_of(kind.joints, displaced, kind.of_two, sparse),
             place_any,
             prepare,
-            bool(kind.single and kind.open),
+            place_along_runs if kind.single and kind.open else None,
         ),
         prescribe_any,
         inertia_stage,

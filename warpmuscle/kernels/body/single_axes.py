@@ -222,6 +222,7 @@ def reduce_run_of(hybrid: bool, constrained: bool) -> Any:
             body = nonnegative(run.last)
             add_children(body, x, model, work)
             for _ in range(run.count):
+                above = model.skeleton.plan[body].parent  # asked for before anything is stored
                 take_body(instance, body, x, j, model, work)
                 if t.helper < t.sharing:
                     for rank in range(t.helper, run.unknowns, t.sharing):
@@ -232,7 +233,7 @@ def reduce_run_of(hybrid: bool, constrained: bool) -> Any:
                 if t.helper == t.leaver and j.free != 0:
                     work.factor_a[body] = wp.matrix_from_cols(j.moment * j.d, j.force * j.d, wp.vec3(j.q, 0.0, 0.0))
                 pass_on(x, j)
-                body = nonnegative(model.skeleton.plan[body].parent)
+                body = nonnegative(above)
         synchronize()
         if t.helper == t.leaver and t.helper < t.helpers:
             work.block_a[first] = x.a
