@@ -9,7 +9,7 @@ import warp as wp
 from agreement import moved
 from kinds import scene_of
 
-from warpmuscle.kernels.memory.scratch import ALL, ENTRIES, LEAN, LEANER, NEAR
+from warpmuscle.kernels.memory.scratch import ALL, ENTRIES, LEAN, LEANER, LEANEST, NEAR
 from warpmuscle.simulation import launcher
 
 GPU = os.environ.get("WARPMUSCLE_GPU_TESTS_ON", "cuda:0")
@@ -32,5 +32,5 @@ def test_motion_is_the_same_with_any_part_of_a_working_set_in_main_memory(kind, 
 
     near = with_so_much(NEAR)
     assert np.isfinite(near).all()
-    for main in (ENTRIES, LEAN, LEANER, ALL):
+    for main in (ENTRIES, LEAN, LEANER, LEANEST, ALL):
         np.testing.assert_array_equal(with_so_much(main), near)

@@ -15,6 +15,7 @@ from warpmuscle.kernels.memory.scratch import (
     ENTRIES,
     LEAN,
     LEANER,
+    LEANEST,
     NEAR,
     SECOND,
     SLOT_FLOATS,
@@ -210,7 +211,13 @@ def test_what_followed_coordinates_leave_goes_to_main_memory_where_more_instance
 
 @pytest.mark.parametrize(
     ("bodies", "entries", "main", "together", "lanes"),
-    [(16, 48, ENTRIES, 32, 12), (20, 60, LEAN, 32, 12), (41, 60, LEANER, 32, 16), (123, 186, ALL, 32, 16)],
+    [
+        (16, 48, ENTRIES, 32, 12),
+        (20, 60, LEAN, 32, 12),
+        (41, 60, LEANER, 32, 16),
+        (123, 186, LEANEST, 32, 16),
+        (240, 186, ALL, 32, 16),
+    ],
 )
 def test_large_characters_leave_part_of_their_working_sets_to_main_memory(
     bodies: int, entries: int, main: int, together: int, lanes: int

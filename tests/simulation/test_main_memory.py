@@ -10,16 +10,25 @@ import pytest
 import warp as wp
 
 from warpmuscle.kernels.memory import main_memory
-from warpmuscle.kernels.memory.main_memory import FIRST_FLOATS, LEAN_FLOATS, LEANER_FLOATS, SIDE
+from warpmuscle.kernels.memory.main_memory import (
+    FIRST_FLOATS,
+    LEAN_FLOATS,
+    LEANER_FLOATS,
+    POSE_FLOATS,
+    ROTATION,
+    SIDE,
+)
 from warpmuscle.kernels.memory.scratch import (
     ALL,
     ENTRIES,
     LEAN,
     LEANER,
+    LEANEST,
     LIVES,
     NEAR,
     OTHER_FLOATS,
     PHASES,
+    POSE,
     SLOT_FLOATS,
     slots_of,
 )
@@ -73,7 +82,7 @@ def test_motion_is_the_same_wherever_numbers_lie():
     near = moved(rollout, NEAR)
     assert np.ptp(near, axis=0).max() > 1e-3
     assert np.isfinite(near).all()
-    for main in (ENTRIES, LEAN, LEANER, ALL):
+    for main in (ENTRIES, LEAN, LEANER, LEANEST, ALL):
         np.testing.assert_array_equal(moved(rollout, main), near)
 
 
@@ -81,9 +90,12 @@ def test_main_memory_has_room_for_whole_groups_of_instances():
     config = Rollout(body(), 1, "cpu")._launcher.config
     skeleton, bodies = config.kind.skeleton, config.capacity
     rest = SLOT_FLOATS * slots_of(bodies) + OTHER_FLOATS + skeleton.open * (skeleton.open + 1)
-    sizes = 13 * skeleton.entries, LEAN_FLOATS * bodies, LEANER_FLOATS * bodies, FIRST_FLOATS * bodies + rest
+    sizes = (
+        13 * skeleton.entries, LEAN_FLOATS * bodies, LEANER_FLOATS * bodies, FIRST_FLOATS * bodies + rest,
+        POSE_FLOATS * bodies,
+    )  # fmt: skip
     before = config
-    for main, floats in zip((ENTRIES, LEAN, LEANER, ALL), np.cumsum(sizes), strict=True):
+    for main, floats in zip((ENTRIES, LEAN, LEANER, LEANEST, ALL), np.cumsum(sizes), strict=True):
         other = config.compiling(skeleton=skeleton._replace(main=main))
         for instances, rows in ((1, SIDE), (SIDE, SIDE), (SIDE + 1, 2 * SIDE)):
             assert other.buffer_floats(instances) == floats * rows
@@ -93,17 +105,26 @@ def test_main_memory_has_room_for_whole_groups_of_instances():
 
 @pytest.mark.parametrize(
     ("function", "floats"),
-    [(main_memory.lean_at, LEAN_FLOATS), (main_memory.leaner_at, LEANER_FLOATS), (main_memory.first_at, FIRST_FLOATS)],
+    [
+        (main_memory.lean_at, LEAN_FLOATS),
+        (main_memory.leaner_at, LEANER_FLOATS),
+        (main_memory.first_at, FIRST_FLOATS),
+        (main_memory.poses_at, POSE_FLOATS),
+    ],
 )
 def test_only_what_is_alike_and_does_not_live_at_the_same_time_shares_a_place(function, floats: int):
+    known = {"first": 0, "n": 1, "ROTATION": ROTATION, "POSE": POSE}
     places = {}
     for line in ast.parse(textwrap.dedent(inspect.getsource(function.func))).body[0].body:
         if isinstance(line, ast.Assign):
-            begin = eval(ast.unparse(line.value.args[1]), {"first": 0, "n": 1})
+            first, record, offset = (eval(ast.unparse(part), known) for part in line.value.args[1:4])
             width = WIDTHS[ast.unparse(line.value.func).removesuffix("_apart")]
-            places[line.targets[0].attr] = begin, begin + width
-    assert max(end for _, end in places.values()) == floats
+            assert offset + width <= record
+            places[line.targets[0].attr] = first + offset, first + offset + width, first, first + record
+    assert max(end for *_, end in places.values()) == floats
     for (a, one), (b, other) in itertools.combinations(places.items(), 2):
+        if max(one[2], other[2]) < min(one[3], other[3]):  # of the same records
+            assert one[2:] == other[2:], (a, b)
         if max(one[0], other[0]) < min(one[1], other[1]):
             assert one == other, (a, b)
             (first, last), (begin, end) = (map(PHASES.index, LIVES[name][:2]) for name in (a, b))

@@ -93,6 +93,7 @@ class CouplingFunction:
     first_piece: int
     end_piece: int
     body: int  # that the joint carries; 0: none
+    counts: int  # 0: it is 0 everywhere
 
 
 @wp.struct

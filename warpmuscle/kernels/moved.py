@@ -20,10 +20,10 @@ from typing import Any
 PACKAGE = "warpmuscle.kernels"
 ROOMS = {  # names of modules that lay in the package itself until 0.3.0, by room
     "algebra": "angles random_numbers spatial spline",
-    "memory": "compiler_hints register_rows scratch turns",
+    "memory": "compiler_hints register_rows restart scratch turns",
     "body": (
         "coordinate_joint dynamics followed follower hybrid inertia integration joint joint_motion "
-        "joint_stages kinematics limits motion restart"
+        "joint_stages kinematics limits motion"
     ),
     "contact": "body_contact collision contact contact_laws gait_cycle hunt_crossley soft_constraint touching",
     "force": "actuation bushing devices extensions forces springs",

@@ -84,6 +84,7 @@ def _put_functions(c: structs.Couplings, character: Character, names: Topology, 
         "first_piece": np.array([piece_start[:-1]]),
         "end_piece": np.array([piece_start[1:]]),
         "body": np.array([bodies]),
+        "counts": np.array([[int(np.any(one)) for one in coefficients]]),
     }
     c.function = structs_to_device(structs.CouplingFunction, columns, device)
     count = max(map(len, coefficients))

@@ -14,7 +14,7 @@ from warpmuscle.core.array_types import Floats, Integers
 from warpmuscle.core.arrays import arrays_of, named_arrays
 from warpmuscle.core.status import Status
 from warpmuscle.kernels import structs
-from warpmuscle.kernels.body.restart import put_rows
+from warpmuscle.kernels.memory.restart import put_rows
 from warpmuscle.simulation.extensions import Extensions, words
 from warpmuscle.simulation.perturbations import Perturbations
 

@@ -7,7 +7,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.core.arrays import arrays_of
-from warpmuscle.kernels.body.restart import put_rows
+from warpmuscle.kernels.memory.restart import put_rows
 from warpmuscle.kernels.object_structs import ObjectExtension
 from warpmuscle.model.extension_arrays import extensions_struct, put_of_controller, put_parameters
 from warpmuscle.model.structure import Structure

@@ -14,6 +14,7 @@ from warpmuscle.kernels.memory.scratch import (
     ENTRIES,
     LEAN,
     LEANER,
+    LEANEST,
     NEAR,
     PULLS_A_BODY,
     SLOT_FLOATS,
@@ -185,7 +186,7 @@ def ways_of_memory(config: KernelConfig) -> Iterator[tuple[KernelConfig, bool]]:
     ways = [NEAR]
     if skeleton.open > 0:
         ways += [ENTRIES] if muscles.paths.monomials > 0 else [ENTRIES, LEAN]
-        ways += [LEANER, ALL] if muscles.paths.monomials == 0 and muscles.shared == 0 else []
+        ways += [LEANER, LEANEST, ALL] if muscles.paths.monomials == 0 and muscles.shared == 0 else []
     for main in ways:
         with_pulls = muscles.may_be_in_scratch and main < LEANER
         for in_scratch in (True, False) if with_pulls else (False,):

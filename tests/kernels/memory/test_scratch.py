@@ -78,7 +78,7 @@ def functions() -> dict[str, tuple[Any, ...]]:
     ]
     return {
         "joints": (kinematics.move_joint, coordinate_joint.move_any_of(stages.KNOWN_JOINTS),
-            joint_motion.displacements_stage,
+            joint_motion.displacements_stage_of(False),
         ),
         "poses": (kinematics.place_root, kinematics.place_body, coordinate_joint.place_any),
         "sums": (kinematics.kinematics_stage,),

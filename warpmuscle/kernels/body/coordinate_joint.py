@@ -26,6 +26,7 @@ from warpmuscle.kernels.body.kinematics import move_joint, place_body
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.two_coordinates import move_by_two
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, StateRef, at, nonnegative
 
@@ -33,7 +34,7 @@ from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, Skeleton, St
 @func
 def coordinate_axis(instance: int, body: int, model: ModelRef, work: ScratchRef) -> wp.vec3:
     """The axis n that torques and moment arms of a joint of one coordinate are kept along, world."""
-    return work.rotation[body] * at(model.skeleton.row, instance, body).axis_a
+    return rotation_of(body, work) * at(model.skeleton.row, instance, body).axis_a
 
 
 @func
@@ -94,7 +95,7 @@ def along_coordinate(
 def place_on_path(body: int, skeleton: Skeleton, work: ScratchRef):
     """What a joint of one coordinate adds to the motion of its child, whose joint point moves; S goes to world axes."""
     parent = nonnegative(skeleton.plan[body].parent)
-    parent_rotation = work.rotation[parent]
+    parent_rotation = rotation_of(parent, work)
     moving = parent_rotation * work.coordinate_moving[body]
     now = work.coordinate_state[body]
     work.coordinate_turning[body] = parent_rotation * work.coordinate_turning[body]
@@ -214,9 +215,11 @@ def prescribe_any(instance: int, lane: int, lanes: int, model: ModelRef, state: 
 
 
 @cache
-def move_any_of(joints: tuple[MotionOf, ...], displaced: bool = False, of_two: bool = False) -> Any:
+def move_any_of(
+    joints: tuple[MotionOf, ...], displaced: bool = False, of_two: bool = False, sparse: bool = False
+) -> Any:
     """The Warp function `move_joint` where there may be such joints of one coordinate, or of two."""
-    joint_motion = motion_of(joints, displaced)
+    joint_motion = motion_of(joints, displaced, sparse)
 
     @wp.func
     def move_any(instance: int, body: int, half: float, model: ModelRef, state: StateRef, work: ScratchRef):

@@ -337,25 +337,6 @@ def forward_pass_of(visit: Any) -> Any:
 
 
 @cache
-def forward_pass_in_runs_of(visit: Any) -> Any:
-    """The same, run by run (`body_structs.BodyRun`): a lane goes along one from its first body without waiting."""
-
-    @func
-    def forward_pass(instance: int, lane: int, lanes: int, model: ModelRef, work: ScratchRef):
-        runs = model.couplings.run
-        for level in range(model.couplings.run_levels):
-            for k in range(runs[nonnegative(level)].start + lane, runs[nonnegative(level)].end, lanes):
-                run = runs[nonnegative(k)]
-                body = nonnegative(run.first)
-                for _ in range(run.count):
-                    visit(instance, body, model, work)
-                    body = nonnegative(model.skeleton.plan[body].first_child)
-            synchronize()
-
-    return forward_pass
-
-
-@cache
 def acceleration_stage_of(backward_pass: Any, forward_pass: Any) -> Any:
     """The Warp function of accelerations of all bodies and joints; see the passes. It ends with a barrier."""
 

@@ -12,6 +12,7 @@ from warpmuscle.kernels.contact.contact import contact_stage_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, TOUCHING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -46,7 +47,7 @@ def body_inertia_of(turned: bool) -> Any:
     def body_inertia(instance: int, body: int, model: ModelRef, work: ScratchRef):
         skeleton = model.skeleton
         row = at(skeleton.row, instance, body)
-        rotation = work.rotation[body]
+        rotation = rotation_of(body, work)
         angular = work.angular_velocity[body]
         mass = row.mass
         c = rotation * row.com

@@ -155,43 +155,68 @@ return wp::vec3(one.data[row][0], one.data[row][1], one.data[row][2]);
 def rates_of(rates: wp.array[wp.mat33], body: int, row: int) -> wp.vec3: ...  # fetched alone
 
 
-@func
-def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
-    """What the functions of all coupled joints are now, a function a lane. Ends with a barrier."""
-    couplings = model.couplings
-    for k in range(lane, couplings.function.shape[1], lanes):
-        body = at(couplings.function, instance, k).body
-        if body > 0:
-            q = state.coordinates[instance, nonnegative(model.skeleton.plan[body].coordinate_start)]
-            rates = displacement_rates(couplings, instance, k, q)
-            row = k - couplings.joint[body].first
-            if row < 3:
-                set_rates(work.turn_rates, body, row, rates)
-            else:
-                set_rates(work.move_rates, body, row - 3, rates)
-    synchronize()
+@cache
+def displacements_stage_of(sparse: bool) -> Any:
+    """The Warp function of what the functions of all coupled joints are now, a function a lane. Ends with a barrier.
+
+    Args:
+        sparse: whether functions that are 0 everywhere are left out, see `displaced_motion_of`.
+    """
+
+    @func
+    def displacements_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
+        couplings = model.couplings
+        for k in range(lane, couplings.function.shape[1], lanes):
+            body = at(couplings.function, instance, k).body
+            if wp.static(sparse):
+                body *= at(couplings.function, instance, k).counts
+            if body > 0:
+                q = state.coordinates[instance, nonnegative(model.skeleton.plan[body].coordinate_start)]
+                rates = displacement_rates(couplings, instance, k, q)
+                row = k - couplings.joint[body].first
+                if row < 3:
+                    set_rates(work.turn_rates, body, row, rates)
+                else:
+                    set_rates(work.move_rates, body, row - 3, rates)
+        synchronize()
+
+    return displacements_stage
 
 
-@func
-def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef) -> JointMotion:
-    """`coupled_motion` from what `displacements_stage` has left."""
-    m = JointMotion()
-    m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
-    first = model.couplings.joint[body].first
-    for k in range(3):
-        f = rates_of(work.turn_rates, body, k)
-        own = at(model.couplings.function, instance, first + k).axis
-        axis = wp.quat_rotate(m.orientation, own)
-        m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
-        m.turning = m.turning + axis * f[1]
-        m.orientation = m.orientation * hinge_rotation(own, f[0])
-    for k in range(3):
-        f = rates_of(work.move_rates, body, k)
-        axis = at(model.couplings.function, instance, first + 3 + k).axis
-        m.place = m.place + axis * f[0]
-        m.moving = m.moving + axis * f[1]
-        m.moving_slope = m.moving_slope + axis * f[2]
-    return m
+@cache
+def displaced_motion_of(sparse: bool) -> Any:
+    """The Warp function of `coupled_motion` from what `displacements_stage` has left.
+
+    Args:
+        sparse: whether functions that are 0 everywhere are left out. That takes less time where numbers come from main
+            memory, and more where they are near.
+    """
+
+    @func
+    def displaced_motion(instance: int, body: int, model: ModelRef, work: ScratchRef) -> JointMotion:
+        m = JointMotion()
+        m.orientation = wp.quat(0.0, 0.0, 0.0, 1.0)
+        first = model.couplings.joint[body].first
+        for k in range(3):
+            if wp.static(sparse) and at(model.couplings.function, instance, first + k).counts == 0:
+                continue
+            f = rates_of(work.turn_rates, body, k)
+            own = at(model.couplings.function, instance, first + k).axis
+            axis = wp.quat_rotate(m.orientation, own)
+            m.turning_slope = m.turning_slope + axis * f[2] + wp.cross(m.turning, axis) * f[1]
+            m.turning = m.turning + axis * f[1]
+            m.orientation = m.orientation * hinge_rotation(own, f[0])
+        for k in range(3):
+            if wp.static(sparse) and at(model.couplings.function, instance, first + 3 + k).counts == 0:
+                continue
+            f = rates_of(work.move_rates, body, k)
+            axis = at(model.couplings.function, instance, first + 3 + k).axis
+            m.place = m.place + axis * f[0]
+            m.moving = m.moving + axis * f[1]
+            m.moving_slope = m.moving_slope + axis * f[2]
+        return m
+
+    return displaced_motion
 
 
 @func
@@ -206,22 +231,22 @@ def has_displacements(joints: tuple[MotionOf, ...]) -> bool:
 
 
 @cache
-def motion_of(joints: tuple[MotionOf, ...], displaced: bool = False) -> Any:
+def motion_of(joints: tuple[MotionOf, ...], displaced: bool = False, sparse: bool = False) -> Any:
     """The Warp function (instance, body, q, model, work) -> JointMotion of the joint that carries a body.
 
     Args:
-        displaced: whether `displacements_stage` comes before.
+        displaced: whether `displacements_stage` comes before. sparse: see `displaced_motion_of`.
     """
     if not joints:
         return no_motion
-    number, motion, others = joints[0].number, joints[0].motion, motion_of(joints[1:], displaced)
-    prepared = displaced and motion is coupled_motion
+    number, motion, others = joints[0].number, joints[0].motion, motion_of(joints[1:], displaced, sparse)
+    prepared, from_rates = displaced and motion is coupled_motion, displaced_motion_of(sparse)
 
     @wp.func
     def joint_motion(instance: int, body: int, q: float, model: ModelRef, work: ScratchRef) -> JointMotion:
         if model.skeleton.plan[body].joint_type == number:
             if wp.static(prepared):
-                return displaced_motion(instance, body, model, work)
+                return from_rates(instance, body, model, work)
             else:
                 return motion(instance, body, q, model)
         return others(instance, body, q, model, work)

@@ -3,6 +3,12 @@
 from functools import cache
 from typing import Any, NamedTuple
 
+from warpmuscle.kernels.body.along_runs import (
+    accelerate_next_of,
+    accelerated_of,
+    pass_along_runs_of,
+    place_along_runs,
+)
 from warpmuscle.kernels.body.coordinate_joint import (
     accelerate_any,
     accelerate_any_remaining,
@@ -16,7 +22,6 @@ from warpmuscle.kernels.body.dynamics import (
     acceleration_stage,
     acceleration_stage_of,
     backward_pass_of,
-    forward_pass_in_runs_of,
     forward_pass_of,
 )
 from warpmuscle.kernels.body.followed import (
@@ -35,16 +40,17 @@ from warpmuscle.kernels.body.follower import (
 from warpmuscle.kernels.body.hybrid import hybrid_acceleration_stage, hybrid_acceleration_stage_of
 from warpmuscle.kernels.body.inertia import inertia_stage_of
 from warpmuscle.kernels.body.integration import integrate_stage
-from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage, has_displacements
+from warpmuscle.kernels.body.joint_motion import MotionOf, displacements_stage_of, has_displacements
 from warpmuscle.kernels.body.kinematics import kinematics_stage, kinematics_stage_of
 from warpmuscle.kernels.body.motion import prescribe_stage
 from warpmuscle.kernels.body.single_axes import single_pass_of
 from warpmuscle.kernels.contact.contact_laws import SPRING
 from warpmuscle.kernels.contact.terrain import FLAT
-from warpmuscle.kernels.memory.main_memory import Apart, nothing_near
+from warpmuscle.kernels.memory.main_memory import Apart, nothing_near, poses_near
 from warpmuscle.kernels.memory.scratch import (
-    ALL,
     ENTRIES,
+    LEANER,
+    LEANEST,
     NEAR,
     coordinate_work_at_of,
     followed_work_at_of,
@@ -117,7 +123,8 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
             integrate_stage,
         )  # fmt: skip
     displaced = several_warps and has_displacements(kind.joints)
-    prepare = displacements_stage if displaced else None
+    sparse = kind.main >= LEANER
+    prepare = displacements_stage_of(sparse) if displaced else None
     backward, forward = backward_pass_of, forward_pass_of
     reduce, reduce_rest, integrate = reduce_any, reduce_any_remaining, integrate_stage
     if kind.follows:
@@ -128,15 +135,17 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
         views = followed_work_at_of(kind.open, kind.near_entries, kind.main)
         if kind.constraints:
             views = pushed_work_at_of(kind.open, kind.near_entries, kind.constraints, kind.main)
-        if kind.main == ALL:
-            views = nothing_near
+        if kind.main >= LEANEST:
+            views = poses_near if kind.main == LEANEST else nothing_near
         constrained = kind.constraints > 0
         acceleration, hybrid = (
             stage_of(
                 single_pass_of(rest, constrained)
                 if kind.single
                 else followed_pass_of(reduce_followed_of(rest, constrained, several_warps), several_warps),
-                (forward_pass_in_runs_of if kind.single else forward_pass_of)(accelerate_followed_of(rest)),
+                pass_along_runs_of(accelerate_next_of(rest), accelerated_of)
+                if kind.single
+                else forward_pass_of(accelerate_followed_of(rest)),
                 constrained,
                 kind.single,
             )
@@ -148,7 +157,10 @@ def joint_stages_of(kind: SkeletonKind, several_warps: bool = False) -> JointSta
     return JointStages(
         views,
         kinematics_stage_of(
-            move_any_of(kind.joints, displaced, kind.of_two), place_any, prepare, bool(kind.single and kind.open)
+            move_any_of(kind.joints, displaced, kind.of_two, sparse),
+            place_any,
+            prepare,
+            place_along_runs if kind.single and kind.open else None,
         ),
         prescribe_any,
         inertia_stage,

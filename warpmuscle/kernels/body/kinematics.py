@@ -6,9 +6,10 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.algebra.spatial import rotation_matrix
-from warpmuscle.kernels.body.dynamics import forward_pass_in_runs_of, forward_pass_of
+from warpmuscle.kernels.body.dynamics import forward_pass_of
 from warpmuscle.kernels.body.joint import hinge_rotation, universal_bias
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import (
     BALL,
@@ -168,7 +169,7 @@ def place_body(skeleton: Skeleton, body: int, work: ScratchRef):
     parent = nonnegative(skeleton.plan[body].parent)
     q = work.orientation[parent] * work.turned[body]
     rotation = rotation_matrix(q)
-    parent_rotation = work.rotation[parent]
+    parent_rotation = rotation_of(parent, work)
     parent_angular = work.angular_velocity[parent]
     parent_lag = work.lag_angular[parent]
     r = parent_rotation * work.anchor[body]
@@ -210,22 +211,22 @@ def component_sum_of_many(values: wp.array[wp.vec3], count: int, axis: int) -> f
 
 
 @cache
-def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: bool = False) -> Any:
+def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, along_runs: Any = None) -> Any:
     """The Warp function of poses, velocities and centre of mass of one instance. It ends with a barrier.
 
     Args:
         move, place: `move_joint` and `place_body`, or others for more types of joints.
-        prepare: a stage that comes before, if any. in_runs: whether lanes place runs of bodies, see `single_axes.py`.
+        prepare: a stage that comes before, if any. along_runs: places all bodies but the root, if not by `place`, see
+            `along_runs.py`.
     """
     prepared = prepare is not None
-    pass_of = forward_pass_in_runs_of if in_runs else forward_pass_of
-    sum_up = component_sum_of_many if in_runs else component_sum
+    sum_up = component_sum if along_runs is None else component_sum_of_many
 
     @func
     def place_one(instance: int, body: int, model: ModelRef, work: ScratchRef):
         place(model.skeleton, body, work)
 
-    place_all = pass_of(place_one)
+    place_all = along_runs or forward_pass_of(place_one)
 
     @func
     def kinematics_stage(instance: int, lane: int, lanes: int, model: ModelRef, state: StateRef, work: ScratchRef):
@@ -245,7 +246,7 @@ def kinematics_stage_of(move: Any, place: Any, prepare: Any = None, in_runs: boo
             not_unrolled()
             row = at(skeleton.row, instance, i)
             m = row.mass
-            c = work.rotation[i] * row.com
+            c = rotation_of(i, work) * row.com
             work.moment[i] = m * (work.position[i] + c)
             work.momentum[i] = m * (work.velocity[i] + wp.cross(work.angular_velocity[i], c))
         synchronize()

@@ -22,6 +22,7 @@ from warpmuscle.kernels.body.dynamics import Articulated
 from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, component, nonnegative, set_component
 
@@ -136,7 +137,7 @@ def take_body_of(hybrid: bool) -> Any:
         x.n = x.n + symmetric_times(x.a, j.bias) + x.b * j.drift
         x.f = x.f + wp.transpose(x.b) * j.bias + symmetric_times(x.c, j.drift)
         if kind != FIXED:
-            axis = work.rotation[body] * at(skeleton.row, instance, body).axis_a
+            axis = rotation_of(body, work) * at(skeleton.row, instance, body).axis_a
             j.turning = axis
             if coordinate:
                 j.turning = work.coordinate_turning[body]
@@ -221,6 +222,7 @@ def reduce_run_of(hybrid: bool, constrained: bool) -> Any:
             body = nonnegative(run.last)
             add_children(body, x, model, work)
             for _ in range(run.count):
+                above = model.skeleton.plan[body].parent  # asked for before anything is stored
                 take_body(instance, body, x, j, model, work)
                 if t.helper < t.sharing:
                     for rank in range(t.helper, run.unknowns, t.sharing):
@@ -231,7 +233,7 @@ def reduce_run_of(hybrid: bool, constrained: bool) -> Any:
                 if t.helper == t.leaver and j.free != 0:
                     work.factor_a[body] = wp.matrix_from_cols(j.moment * j.d, j.force * j.d, wp.vec3(j.q, 0.0, 0.0))
                 pass_on(x, j)
-                body = nonnegative(model.skeleton.plan[body].parent)
+                body = nonnegative(above)
         synchronize()
         if t.helper == t.leaver and t.helper < t.helpers:
             work.block_a[first] = x.a

@@ -22,8 +22,9 @@ COORDINATE = 9  # floats a body, of joints of one coordinate where there are som
 FOLLOWED = 13  # floats of a body and a followed coordinate that acts on it, see `followed.py`
 PUSH = 11  # floats a row of a constraint, see `constraints.py`
 OTHER_FLOATS = 9
+POSE = 8  # floats a body of what `main_memory.poses_near` keeps, one of them unused
 LEAN_FIRST = 32  # floats a body in the first block where the last ones are elsewhere, see `main_memory.lean_at`
-NEAR, ENTRIES, LEAN, LEANER, ALL = range(5)  # how much is in main memory: each also has what the one before it has
+NEAR, ENTRIES, LEAN, LEANER, LEANEST, ALL = range(6)  # how much is in main memory: each has all of the one before
 SHAPES_A_BODY = 4  # that may collide, on average
 PULLS_A_BODY = 4  # crossings of muscles, on average; those of more are kept in the state
 
@@ -141,8 +142,9 @@ def work_floats(
         entries: pairs of a body and one of them that acts on it; None for all pairs.
         main: how much of it is in main memory, see `main_memory.py`; only with coordinate joints.
     """
-    if main == ALL:
-        return 4
+    if main >= LEANEST:
+        floats = POSE * capacity if main == LEANEST else 0
+        return floats + (4 - floats) % 8
     entries = followed * capacity if entries is None else entries
     floats = (first_of(main) + second_of(main)) * capacity + OTHER_FLOATS
     floats += SLOT_FLOATS * slots_of(capacity) + monomials if slots is None else SLOT_FLOATS * slots

@@ -19,6 +19,7 @@ import warp as wp
 from warpmuscle.kernels.body.coordinate_joint import along_coordinate, coordinate_axis, effort_on, group_effort
 from warpmuscle.kernels.body.follower import along_driver
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.muscle.muscle_control import counted, wanted_force
 from warpmuscle.kernels.muscle_structs import (
@@ -82,7 +83,7 @@ def segment_end(end: wp.vec3, body: int, origin: int, far: int, work: ScratchRef
     Args:
         end: in the axes of its body; from the joint of the origin, or if `far` from that of its body.
     """
-    local = work.rotation[nonnegative(body)] * end
+    local = rotation_of(nonnegative(body), work) * end
     if far != 0:
         local += offset_between(body, origin, work)
     return local
@@ -321,8 +322,8 @@ def straight_stretch(
     path = model.paths.straight[muscle]
     ends = at(model.paths.ends, instance, muscle)
     joint = nonnegative(wp.max(path.body_a, path.body_b))
-    a = work.rotation[nonnegative(path.body_a)] * ends.a
-    d = work.rotation[nonnegative(path.body_b)] * ends.b - a
+    a = rotation_of(nonnegative(path.body_a), work) * ends.a
+    d = rotation_of(nonnegative(path.body_b), work) * ends.b - a
     length = wp.length(d)
     total = PathState()
     total.arm = wp.cross(a, d * (1.0 / wp.max(length, SHORTEST))) * float(path.sign)

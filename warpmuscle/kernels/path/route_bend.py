@@ -6,6 +6,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.path.route_bends import (
@@ -236,7 +237,7 @@ def bend_of(kind: RouteKind) -> Any:
         wraps = span.end_wrap - span.first_wrap
         wrap = routes.wrap[nonnegative(span.first_wrap + w)]
         own = at(routes.wrap_row, instance, span.first_wrap + w)
-        body = work.rotation[nonnegative(wrap.body)]
+        body = rotation_of(nonnegative(wrap.body), work)
         center = body * own.position + offset_between(wrap.body, origin, work)
         axes = body * own.rotation
         between = interval(placed, wrap.first, wrap.last)

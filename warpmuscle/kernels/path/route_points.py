@@ -9,6 +9,7 @@ from warpmuscle.kernels.body.joint_motion import cubic_rates, piece_of
 from warpmuscle.kernels.body.kinematics import coordinate_quat
 from warpmuscle.kernels.body.limits import ball_angles
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.register_rows import rows_in, rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.structs import BALL, ModelRef, RouteSpan, ScratchRef, StateRef, at, nonnegative
@@ -93,7 +94,7 @@ def place_of(motions: int) -> Any:
                 rates = motion_rates(instance, k, model, state)
                 local += at(model.routes.motion_axis, instance, k) * rates[0]
                 slopes.of = with_slope(slopes.of, k - plan.first_motion, rates[1])
-        return work.rotation[nonnegative(plan.body)] * local + offset_between(plan.body, origin, work)
+        return rotation_of(nonnegative(plan.body), work) * local + offset_between(plan.body, origin, work)
 
     return place
 

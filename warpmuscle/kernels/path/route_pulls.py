@@ -14,6 +14,7 @@ from warpmuscle.kernels.body.coordinate_joint import coordinate_axis, effort_on,
 from warpmuscle.kernels.body.follower import driver_of
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.register_rows import RowsOf, rows_in, rows_of
 from warpmuscle.kernels.path.conditions import coordinate_gradient
 from warpmuscle.kernels.path.path import offset_between, segment_moment_arm
@@ -197,7 +198,7 @@ def act_on_motions_of(motions: int) -> Any:
         plan = model.routes.point[point]
         for k in range(plan.first_motion, plan.end_motion):
             motion = model.routes.motion[k]
-            axis = work.rotation[nonnegative(plan.body)] * at(model.routes.motion_axis, instance, k)
+            axis = rotation_of(nonnegative(plan.body), work) * at(model.routes.motion_axis, instance, k)
             rate = wp.dot(pull, axis) * slope_of(slopes.of, k - plan.first_motion)
             r = coordinate_gradient(instance, motion.joint, 0, model, work) * rate
             arm[motion.crossing] = arm[motion.crossing] + r

@@ -12,6 +12,7 @@ from typing import Any
 import warp as wp
 
 from warpmuscle.kernels.functions import func
+from warpmuscle.kernels.memory.main_memory import rotation_of
 from warpmuscle.kernels.memory.register_rows import rows_of
 from warpmuscle.kernels.path.path import offset_between
 from warpmuscle.kernels.path.route_bends import (
@@ -100,7 +101,7 @@ def lay_of(kind: RouteKind) -> Any:
                 wrap = routes.wrap[nonnegative(span.first_wrap + w)]
                 own = at(routes.wrap_row, instance, span.first_wrap + w)
                 side = at(routes.side_point, instance, span.first_wrap + w)
-                body = work.rotation[nonnegative(wrap.body)]
+                body = rotation_of(nonnegative(wrap.body), work)
                 center = body * own.position + offset_between(wrap.body, span.origin, work)
                 axes = body * own.rotation
                 if sweep == 0:
