@@ -2,9 +2,10 @@
 
 For docs/tutorials/learn.md.
 
-python tools/research/imitated_landings.py gait2392_arms_feet.toml --speed 1.25 --tilt 11 --tilt 13
+python tools/research/imitated_landings.py gait2392_arms_feet.toml --speed 1.25 --tilt 13 --norm "Pinzone 2014"
 
 A foot that is to land at 0 % and is above the other one until later lands late, with every joint where it should be.
+Where it is far below the other one, that has left the ground.
 """
 
 from __future__ import annotations
@@ -28,7 +29,7 @@ from warpmuscle.scene.anatomy import foot_bodies
 from warpmuscle.scene.geometry import lowest_point
 from warpmuscle.simulation.rollout import Rollout
 
-AROUND = np.arange(-8, 9)  # % of the cycle about the landing
+AROUND = np.arange(-8, 13)  # % of the cycle about the landing
 
 
 def hanging(gait: Gait, rollout: Rollout) -> Floats:
@@ -47,14 +48,17 @@ def main(
     task: Path,
     speed: Annotated[list[float] | None, typer.Option(help="m/s, wanted.")] = None,
     tilt: Annotated[list[float] | None, typer.Option(help="deg, by which the pelvis leans.")] = None,
+    norm: Annotated[str | None, typer.Option(help="Whose legs; the task's if not given.")] = None,
 ) -> None:
     """Print heights of the left foot, mm, about the landing."""
     scene = scene_of(str(task))
     if scene.learning is None or scene.learning.imitation is None:
         raise Error(f"{task}: nothing is imitated")
     print(f"| m/s | degrees | mm at {', '.join(map(str, AROUND))} % |\n|---|---|---|")
-    for lean in tilt or [scene.learning.imitation.pelvis_tilt]:
-        asked = replace(scene.learning, imitation=replace(scene.learning.imitation, pelvis_tilt=lean))
+    imitation = scene.learning.imitation
+    legs = imitation if norm is None else replace(imitation, norm=norm)
+    for lean in tilt or [imitation.pelvis_tilt]:
+        asked = replace(scene.learning, imitation=replace(legs, pelvis_tilt=lean))
         batch = EpisodeBatch(scene, 1, "cpu", asked)
         assert batch.gait is not None
         for wanted in speed or [1.25]:
