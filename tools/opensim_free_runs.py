@@ -40,6 +40,15 @@ TURN = 2.0 * np.pi  # by which angles may differ
 COLUMNS = ("model", "muscles", "coordinates", "farthest apart", "at 0.1 s", "OpenSim's accuracies", "energy")
 
 
+def rest(model: Any, state: Any) -> None:
+    """Put a model of OpenSim together, its muscles in equilibrium at their first activation."""
+    model.assemble(state)
+    for muscle in members(model.getMuscles()):
+        if muscle.appliesForce(state):
+            muscle.setActivation(state, START)
+    model.equilibrateMuscles(state)
+
+
 def begun(file: Path, times: Floats, values: dict[str, Floats], accuracy: float) -> tuple[Any, Any, Any]:
     """A model of OpenSim whose muscles are excited along lines, its first state, and the Manager of its run."""
     import opensim
@@ -57,12 +66,7 @@ def begun(file: Path, times: Floats, values: dict[str, Floats], accuracy: float)
 
     excite(model, line_of)
     state = model.initSystem()
-    muscles = model.getMuscles()
-    model.assemble(state)
-    for k in range(muscles.getSize()):
-        if muscles.get(k).appliesForce(state):
-            muscles.get(k).setActivation(state, START)
-    model.equilibrateMuscles(state)
+    rest(model, state)
     manager = opensim.Manager(model)
     manager.setIntegratorAccuracy(accuracy)
     manager.setIntegratorMinimumStepSize(SHORTEST)

@@ -11,75 +11,57 @@ from __future__ import annotations
 
 import warnings
 from pathlib import Path
-from typing import Annotated, Any
+from typing import Annotated
 
 import msgspec
 import numpy as np
 import typer
 import warp as wp
 from free_runs import START, Floats, excited, show_table
+from opensim_free_runs import rest
 from opensim_oracle import with_process
-from opensim_posed import coordinate_names, members
+from opensim_posed import Posed
 
 import warpmuscle as wm
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout
 
 STEP = 1.0e-5  # s, of ours
+SAME = 1.0e-9  # rad/s or m/s
 NEAR, SMALL = 0.01, 1.0  # of the greatest acceleration by the muscle; rad/s^2, by which loops may give way
 COLUMNS = ("model", "coordinates", "weight, apart", "muscles", "within 1 % or 1 rad/s2", "others")
 
 
 def theirs(file: Path) -> tuple[list[str], list[str], Floats, Floats]:
     """Names of coordinates (K,) and muscles (M,), accelerations (M + 1, K), by weight first, and tensions (M,), N."""
-    import opensim
-
-    opensim.Logger.setLevelString("off")
-    model = opensim.Model(str(file))
-    state = model.initSystem()
-    coordinates = members(model.getCoordinateSet())
-    muscles = [muscle for muscle in members(model.getMuscles()) if muscle.appliesForce(state)]
-    model.assemble(state)
-    for muscle in muscles:
-        muscle.setActivation(state, START)
-    model.equilibrateMuscles(state)
+    posed = Posed(file)
+    model, state, muscles = posed.model, posed.state, posed.muscles
+    rest(model, state)
     rows, tensions = [], []
     for only in (None, *muscles):
-        now = opensim.State(state)
+        now = posed.opensim.State(state)
         for muscle in muscles:
             muscle.setAppliesForce(now, only is not None and muscle.getName() == only.getName())
         model.realizeAcceleration(now)
-        rows.append([one.getAccelerationValue(now) for one in coordinates])
+        rows.append([one.getAccelerationValue(now) for one in posed.coordinates])
         if only is not None:
             tensions.append(only.getTendonForce(now))
-    same = rates_are_speeds(model, opensim.State(state), coordinates)
-    names = [name for name, one in zip(coordinate_names(coordinates), same, strict=True) if one]
-    found = np.array(rows)[:, same]
+    kept = [k for k, same in enumerate(rates_are_speeds(posed)) if same]
+    found = np.array(rows)[:, kept]
     found[1:] -= found[0]
-    return names, [muscle.getName() for muscle in muscles], found, np.array(tensions)
+    return [posed.names[k] for k in kept], [muscle.getName() for muscle in muscles], found, np.array(tensions)
 
 
-def rates_are_speeds(model: Any, state: Any, coordinates: list[Any]) -> Floats:
-    """Whether the speed of each coordinate (K,) is the rate of its value: a short way along all speeds tells."""
-    rng = np.random.default_rng(1)
-    asked = rng.uniform(0.5, 1.0, len(coordinates))
-    for one, speed in zip(coordinates, asked, strict=True):
-        if not one.getLocked(state):
-            one.setSpeedValue(state, float(speed))
-    model.realizeVelocity(state)
-    rates = state.getQDot().to_numpy().copy()
-    before = state.getQ().to_numpy().copy()
-    found = []
-    for one in coordinates:
-        value = one.getValue(state)
-        if one.getLocked(state):
-            found.append(False)
-            continue
-        one.setValue(state, value + 1.0e-3, False)
-        place = int(np.argmax(np.abs(state.getQ().to_numpy() - before)))
-        found.append(abs(rates[place] - one.getSpeedValue(state)) < 1.0e-9)
-        one.setValue(state, value, False)
-    return np.array(found)
+def rates_are_speeds(posed: Posed) -> list[bool]:
+    """Whether the speed of each coordinate is the rate of its value, at speeds that are drawn; not of locked ones."""
+    state, free = posed.opensim.State(posed.state), [not one.getLocked(posed.state) for one in posed.coordinates]
+    for k, speed in enumerate(np.random.default_rng(1).uniform(0.5, 1.0, len(free))):
+        if free[k]:
+            posed.coordinates[k].setSpeedValue(state, float(speed))
+    posed.model.realizeVelocity(state)
+    rates = state.getQDot().to_numpy()[posed.place]
+    speeds = [one.getSpeedValue(state) for one in posed.coordinates]
+    return [bool(one and abs(rate - speed) < SAME) for one, rate, speed in zip(free, rates, speeds, strict=True)]
 
 
 def ours_by(scene: Scene, muscle: str | None) -> tuple[dict[str, float], float]:
