@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from warpmuscle.formats.lines import Notes
+from warpmuscle.formats.osim.components import HOLDERS, put_into_sets
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import FRAMES
 
@@ -31,7 +32,6 @@ CONSTRAINTS = ("CoordinateCouplerConstraint", "PointConstraint", "WeldConstraint
 SETS = ("JointSet", "ForceSet", "ContactGeometrySet", "MarkerSet", "ComponentSet", "ConstraintSet")
 UNREVERSED = 40000  # version of the file from which on a joint has no `reverse`
 BODIES = "BodySet"
-HOLDERS = ("frames", "components")
 
 
 def upgraded(model: Element, version: int) -> None:
@@ -54,6 +54,7 @@ def upgraded(model: Element, version: int) -> None:
             _places(element)
         _enabled(element)
     _bodies(model)
+    put_into_sets(model)
     for joint in joints_of(model):
         _joint(joint, version)
 

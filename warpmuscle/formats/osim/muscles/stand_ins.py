@@ -38,7 +38,7 @@ TAKEN = (
     "are the strains at which {strains} with f_max; its forces are not quite OpenSim's"
 )
 NOTES = {
-    "Schutte": "has its own curves; its activation falls a little faster than OpenSim's while it is excited",
+    "Schutte": "has its own curves, and Schutte's activation",
     "Delp": "has its own curves, but Schutte's force over speed; its fibre has no mass and no speed of its own",
     RIGID: "has its own curves; its activation is its excitation at once, as in OpenSim",
 }
