@@ -128,7 +128,7 @@ def of_ours(file: Path, theirs: dict[str, Any]) -> str:
             ours = Ours(wm.load(file), theirs["names"], theirs["independent"])
     except SceneError as error:
         return f"does not load: {error.message}"
-    except SystemExit as error:
+    except (SystemExit, ValueError) as error:  # of names that are others
         return str(error)
     for q, rate, acceleration, expected in theirs["rows"]:
         mass, needed, gravity = (part[0] for part in ours.dynamics(q[None], rate[None], acceleration[None]))

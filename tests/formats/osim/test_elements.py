@@ -6,7 +6,8 @@ import pytest
 
 import osim_models as small
 from warpmuscle.core.errors import SceneError
-from warpmuscle.formats.osim.elements import parse
+from warpmuscle.formats import load
+from warpmuscle.formats.osim.elements import Element, parse
 
 NESTED = "<!-- <!-- two -- hyphens --> "
 
@@ -45,7 +46,31 @@ def test_commas_before_blanks_part_the_numbers_of_a_vector(tmp_path: Path):
     path = small.written(tmp_path, small.pendulum().replace("0 -0.5 0", "0.1, -0.5,\n 0"))
     center = next(element for element in parse(path).all() if element.tag == "mass_center")
     assert center.numbers(3) == [0.1, -0.5, 0.0]
-    for text in ("0.1,-0.5,0", "0.1, -0.5, 0,", "0.1,, -0.5 0"):
+    for text in ("0.1, -0.5, 0,", "0.1,, -0.5 0"):
         center.text = text
-        with pytest.raises(SceneError, match="number"):
-            center.numbers(3)
+        assert center.numbers(3) == [0.1, -0.5, 0.0]
+    center.text = "0.1,-0.5,0"  # of which OpenSim makes zeros
+    with pytest.raises(SceneError, match="number"):
+        center.numbers(3)
+
+
+@pytest.mark.parametrize("text", ["-2 0 1.5", "-2,0,1.5", "-2, 0 , 1.5", "(-2 0 1.5)", " (-2,0, 1.5)\n"])
+def test_a_list_of_any_length_may_have_commas_and_brackets(text: str):
+    assert Element("x", Path("a.osim"), 1, "", text).numbers() == [-2.0, 0.0, 1.5]
+
+
+@pytest.mark.parametrize(("function", "moves"), [("<function/>", True), ("<function></function>", True), ("", False)])
+def test_an_empty_function_of_an_axis_is_its_coordinate_and_none_moves_nothing(
+    tmp_path: Path, function: str, moves: bool
+):
+    transform = small.axes(rotation1=("q", "0 0 1", small.LINE), translation1=("q", "1 0 0", function))
+    knee = small.joint("CustomJoint", "knee", "ground", "rod", small.coordinate("q"), transform)
+    (joint,) = load(small.written(tmp_path, small.model(small.body("rod"), knee))).character.joints.values()
+    assert [(shift.axis, shift.polynomial) for shift in joint.translations] == (
+        [((0.0, 0.0, 1.0), [])] if moves else []
+    )
+
+
+def test_a_range_may_have_a_comma(tmp_path: Path):
+    scene = load(small.written(tmp_path, small.pendulum().replace("<range>-2 2<", "<range>-1.5, 2<")))
+    assert scene.character.joints["q"].limits == [(-1.5, 2.0)]

@@ -19,7 +19,7 @@ COMMENT = re.compile(r"<!--.*?-->", re.DOTALL)
 LOOSE = re.compile(r"&(?!\w+;|#\w+;)", re.ASCII)  # an ampersand that begins no character's name
 STRAY = re.compile("[\x00-\x08\x0b\x0c\x0e-\x1f\ufffe\uffff]")
 NUMBER = re.compile(r"[+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?", re.ASCII)
-VECTORS = (3, 6)  # numbers of those properties in which OpenSim takes commas before blanks
+BRACKETS = re.compile(r"\(([^()]*)\)")
 INFINITE = {"inf": float("inf"), "infinity": float("inf")}
 
 
@@ -80,13 +80,18 @@ class Element:
         return self.text.strip()
 
     def numbers(self, count: int | None = None, infinite: bool = False) -> list[float]:
-        """Its text as numbers, as many as wanted, finite ones unless infinite ones may be."""
+        """Its text as numbers, as many as wanted, finite ones unless infinite ones may be.
+
+        As in OpenSim, a list of any length may have commas and stand in brackets, and one of a certain length may have
+        commas behind its numbers.
+        """
         words = self.words()
-        if count is not None and len(words) != count:
+        if count is None:
+            inner = BRACKETS.fullmatch(self.text.strip())
+            words = (inner.group(1) if inner else self.text).replace(",", " ").split()
+        elif count != len(words):
             self.fail(f"needs {number_of(count, 'number')}, has {len(words)}")
-        if count in VECTORS:
-            words = [word.removesuffix(",") for word in words[:-1]] + words[-1:]
-        return [self._number(word, infinite) for word in words]
+        return [self._number(word.rstrip(","), infinite) for word in words]
 
     def number(self, infinite: bool = False) -> float:
         """Its text as one number."""

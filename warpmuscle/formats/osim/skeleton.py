@@ -173,7 +173,10 @@ def _custom_axes(element: Element, own: Properties) -> tuple[tuple[Axis, ...], t
 
 
 def _axis(element: Element, own: Properties) -> Axis:
-    """An axis: its direction, its coordinate and the function of that, without which nothing moves."""
+    """An axis: its direction, its coordinate and the function of that, without which nothing moves.
+
+    An empty `function` is the coordinate itself, as in OpenSim 4.6.
+    """
     element.used = True
     named = own.find(element, "coordinates")
     names = tuple(last_name(word) for word in named.words()) if named is not None else ()
@@ -185,7 +188,8 @@ def _axis(element: Element, own: Properties) -> Axis:
     if len(names) > 1:
         terms = _terms_of(element, names, "coordinates", "axis", "name")
         return Axis(direction, names, ZERO, element.line, terms)
-    function = owned_function(element, "coordinates", "axis", "name") or ZERO
+    empty = IDENTITY if names and element.child("function") is not None else ZERO
+    function = owned_function(element, "coordinates", "axis", "name") or empty
     if function.constant or not names:
         function, names = Function((function.at(0.0),)), ()
     return Axis(direction, names, function, element.line)
