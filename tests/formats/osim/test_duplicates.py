@@ -102,3 +102,10 @@ def test_what_has_no_name_is_called_after_its_class(tmp_path: Path):
     }
     assert list(scene.character.muscles) == ["millard2012equilibriummuscle"]
     assert any("it is called 'pinjoint_0'" in note.reason for note in ignored)
+
+
+def test_of_two_lists_of_coordinates_the_last_counts(tmp_path: Path):
+    given = f"<coordinates>{small.coordinate('b')}</coordinates>"
+    scene, ignored = loaded(tmp_path, two_pins("a", "b").replace(given, given + given))
+    assert list(scene.character.joints) == ["a", "b"]
+    assert not [note for note in ignored if "another one of this name" in note.reason and "Coordinate" in note.text]

@@ -12,6 +12,7 @@ import pytest
 
 import osim_models as small
 from warpmuscle.core.array_types import Floats
+from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load
 from warpmuscle.formats.lines import Ignored
 from warpmuscle.scene.constraints.pose import start_coordinates
@@ -271,3 +272,14 @@ def test_polynomials_of_a_high_degree_go_on_as_far_beyond_a_range_as_half_its_wi
         ends = np.array([turned(2, q) @ B for q in angles]) + shifts
         expected = np.linalg.norm(ends - A, axis=1)
     np.testing.assert_allclose(lengths_here(small.written(tmp_path, text), angles), expected, rtol=1e-6, atol=2e-6)
+
+
+def test_a_moving_point_without_a_location_is_at_0(tmp_path: Path):
+    """As in OpenSim 4.6; where the location holds nothing, OpenSim does not open the model."""
+    text, _ = moved("simm")
+    whole = f"<y_location>{CONSTANT}</y_location>"
+    scene = load(small.written(tmp_path, text.replace(whole, "")), ignored=[])
+    at_zero = load(small.written(tmp_path, text.replace(whole, whole.replace("0.03", "0"))), ignored=[])
+    assert scene.character.muscles["m"].path == at_zero.character.muscles["m"].path
+    with pytest.raises(SceneError, match="no function in its <y_location>"):
+        load(small.written(tmp_path, text.replace(whole, "<y_location/>")), ignored=[])

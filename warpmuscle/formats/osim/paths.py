@@ -8,7 +8,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats.lines import Notes
 from warpmuscle.formats.osim.elements import Element
 from warpmuscle.formats.osim.frames import Frames
-from warpmuscle.formats.osim.functions import Function, owned_function, read_function
+from warpmuscle.formats.osim.functions import ZERO, Function, owned_function, read_function
 from warpmuscle.formats.osim.muscles.path_expressions import path_tension
 from warpmuscle.formats.osim.properties import Properties, last_name
 from warpmuscle.formats.osim.records import Model, Muscle, OldCurves, PathWrap, Point, PolynomialPath, Surface
@@ -184,11 +184,11 @@ def _point(element: Element, path: str, frames: Frames, own: Properties) -> Poin
 
 
 def _motion(element: Element, axis: str) -> tuple[str, Function]:
-    """By which coordinate a point is moved along an axis of its frame, and how far."""
+    """By which coordinate a point is moved along an axis of its frame, and how far; without a location it is at 0."""
     socket, holder = element.child(f"socket_{axis}_coordinate"), element.child(f"{axis}_location")
-    function = owned_function(holder) if holder is not None else None
+    function = owned_function(holder) if holder is not None else ZERO
     if function is None:
-        element.fail(f"has no <{axis}_location>")
+        element.fail(f"has no function in its <{axis}_location>")
     name = last_name(socket.word()) if socket is not None else ""
     if not name and not function.constant:
         element.fail(f"names no coordinate that moves it along {axis}")

@@ -325,7 +325,8 @@ def _rename_coordinates(model: Element, notes: Notes) -> None:
 
 
 def _coordinates(joint: Element) -> list[Element]:
-    return [one for holder in joint.children if holder.tag == "coordinates" for one in holder.children]
+    holders = [holder for holder in joint.children if holder.tag == "coordinates"]
+    return holders[-1].children if holders else []  # of two, the last one counts
 
 
 def _carried(model: Element, joint: Element) -> str:
