@@ -17,9 +17,9 @@ from warpmuscle.formats.osim.build_forces import build_forces, hold_ranges, tell
 from warpmuscle.formats.osim.build_muscles import MuscleBuilder, build_surfaces, controls_of, on_ground
 from warpmuscle.formats.osim.build_skeleton import Skeleton, build_skeleton
 from warpmuscle.formats.osim.frames import GROUND, note, on_body
-from warpmuscle.formats.osim.locks import hold_drivers
 from warpmuscle.formats.osim.loops.build import close_loops, put_loops
 from warpmuscle.formats.osim.loops.cut import cut_loops
+from warpmuscle.formats.osim.loops.locks import hold_drivers
 from warpmuscle.formats.osim.mesh_files import build_meshes
 from warpmuscle.formats.osim.moves import Coordinates
 from warpmuscle.formats.osim.read import read
