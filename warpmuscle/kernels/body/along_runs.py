@@ -9,7 +9,8 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import rotation_matrix, symmetric_times
+from warpmuscle.kernels.algebra.spatial import rotation_matrix
+from warpmuscle.kernels.body.dynamics import along_one, give_way
 from warpmuscle.kernels.body.followed_reduction import followed_of
 from warpmuscle.kernels.body.joint import universal_bias
 from warpmuscle.kernels.body.joint_motion import has_motion
@@ -149,10 +150,7 @@ def accelerate_next_of(hybrid: bool) -> Any:
         if own >= 0:
             x = work.followed_acceleration[own]
         elif kind != FIXED:
-            fa = work.factor_a[body]
-            p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
-            q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
-            x = fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a)
+            x = along_one(work.factor_a[body], alpha, a)
         if has_motion(plan.joint_type):
             a = a + work.coordinate_drift[body] + work.coordinate_moving[body] * x
             relative = work.coordinate_turning[body] * x
@@ -163,10 +161,7 @@ def accelerate_next_of(hybrid: bool) -> Any:
         work.angular_acceleration[body] = alpha
         work.acceleration[body] = a
         work.factor_c[body] = wp.vec3(x, 0.0, 0.0)
-        if plan.foot_slot >= 0:
-            slot = plan.foot_slot
-            given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
-            work.contact_force[slot] = work.contact_force[slot] - given_way
+        give_way(plan.foot_slot, alpha, a, work)
         m.angular_acceleration = alpha
         m.acceleration = a
         m.position = position
