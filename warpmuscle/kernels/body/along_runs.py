@@ -15,7 +15,7 @@ from warpmuscle.kernels.body.followed_reduction import followed_of
 from warpmuscle.kernels.body.joint import universal_bias
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.main_memory import rotation_of
+from warpmuscle.kernels.memory.main_memory import ahead_of_accelerating, ahead_of_placing, rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, nonnegative
 
@@ -171,11 +171,12 @@ def accelerate_next_of(hybrid: bool) -> Any:
 
 
 @cache
-def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
+def pass_along_runs_of(visit: Any, motion_of: Any, ahead: Any = ahead_of_accelerating) -> Any:
     """`dynamics.forward_pass_of` run by run: a lane goes along one from its first body without waiting for others.
 
     Args:
         visit: `place_next` or one of `accelerate_next_of`. motion_of: what it takes from the body before.
+        ahead: asks for what it takes of a body itself.
     """
 
     @func
@@ -188,6 +189,7 @@ def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
                 motion = motion_of(nonnegative(model.skeleton.plan[body].parent), work)
                 for _ in range(run.count):
                     following = model.skeleton.plan[body].first_child
+                    ahead(nonnegative(following), work)
                     visit(instance, body, motion, model, work)
                     body = nonnegative(following)
             synchronize()
@@ -195,4 +197,4 @@ def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
     return forward_pass
 
 
-place_along_runs = pass_along_runs_of(place_next, moving_of)
+place_along_runs = pass_along_runs_of(place_next, moving_of, ahead_of_placing)
