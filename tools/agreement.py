@@ -27,11 +27,16 @@ def candidates(scene: Scene, count: int, spread: float, **options: Any) -> Float
     return np.clip(start + spread * 0.5 * (high - low) * drawn, low, high)
 
 
-def moved(scene: Scene, device: str, count: int, noise: float = NOISE, **options: Any) -> Floats:
-    """Coordinates (count, numbers) after the time of the scene, and places of objects, from starts with noise."""
+def moved(
+    scene: Scene, device: str, count: int, noise: float = NOISE, until: float | None = None, **options: Any
+) -> Floats:
+    """Coordinates (count, numbers) after the time of the scene, or some of it, s, and places of objects.
+
+    Starts have noise, m/s.
+    """
     rollout = Rollout(scene, count, device, record=range(count) if scene.objects else (), **options)
     rollout.reset(noise, seed=1)
-    rollout.run()
+    rollout.run(until)
     moved = np.asarray(rollout.state.coordinates.numpy(), dtype=np.float64)
     return np.concatenate([moved, *places_of_objects(rollout, scene, count)], axis=1)
 

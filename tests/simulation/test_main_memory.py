@@ -86,6 +86,18 @@ def test_motion_is_the_same_wherever_numbers_lie():
         np.testing.assert_array_equal(moved(rollout, main), near)
 
 
+@pytest.mark.parametrize("fields", [main_memory.PLACED, main_memory.REDUCED, main_memory.ACCELERATED])
+def test_what_is_fetched_ahead_is_of_records_each_asked_for_once(fields: tuple[str, ...]):
+    records = {
+        line.targets[0].attr: (function.__name__, ast.unparse(line.value.args[1]))
+        for function in (main_memory.lean_at.func, main_memory.leaner_at.func, main_memory.first_at.func)
+        for line in ast.parse(textwrap.dedent(inspect.getsource(function))).body[0].body
+        if isinstance(line, ast.Assign)
+    }
+    asked = [records[name] for name in fields]
+    assert len(set(asked)) == len(asked)
+
+
 def test_main_memory_has_room_for_whole_groups_of_instances():
     config = Rollout(body(), 1, "cpu")._launcher.config
     skeleton, bodies = config.kind.skeleton, config.capacity

@@ -9,12 +9,13 @@ from typing import Any
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.spatial import rotation_matrix, symmetric_times
+from warpmuscle.kernels.algebra.spatial import rotation_matrix
+from warpmuscle.kernels.body.dynamics import along_one, give_way
 from warpmuscle.kernels.body.followed_reduction import followed_of
 from warpmuscle.kernels.body.joint import universal_bias
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.main_memory import rotation_of
+from warpmuscle.kernels.memory.main_memory import ahead_of_accelerating, ahead_of_placing, rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, nonnegative
 
@@ -149,10 +150,7 @@ def accelerate_next_of(hybrid: bool) -> Any:
         if own >= 0:
             x = work.followed_acceleration[own]
         elif kind != FIXED:
-            fa = work.factor_a[body]
-            p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
-            q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
-            x = fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a)
+            x = along_one(work.factor_a[body], alpha, a)
         if has_motion(plan.joint_type):
             a = a + work.coordinate_drift[body] + work.coordinate_moving[body] * x
             relative = work.coordinate_turning[body] * x
@@ -163,10 +161,7 @@ def accelerate_next_of(hybrid: bool) -> Any:
         work.angular_acceleration[body] = alpha
         work.acceleration[body] = a
         work.factor_c[body] = wp.vec3(x, 0.0, 0.0)
-        if plan.foot_slot >= 0:
-            slot = plan.foot_slot
-            given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
-            work.contact_force[slot] = work.contact_force[slot] - given_way
+        give_way(plan.foot_slot, alpha, a, work)
         m.angular_acceleration = alpha
         m.acceleration = a
         m.position = position
@@ -176,11 +171,12 @@ def accelerate_next_of(hybrid: bool) -> Any:
 
 
 @cache
-def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
+def pass_along_runs_of(visit: Any, motion_of: Any, ahead: Any = ahead_of_accelerating) -> Any:
     """`dynamics.forward_pass_of` run by run: a lane goes along one from its first body without waiting for others.
 
     Args:
         visit: `place_next` or one of `accelerate_next_of`. motion_of: what it takes from the body before.
+        ahead: asks for what it takes of a body itself.
     """
 
     @func
@@ -193,6 +189,7 @@ def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
                 motion = motion_of(nonnegative(model.skeleton.plan[body].parent), work)
                 for _ in range(run.count):
                     following = model.skeleton.plan[body].first_child
+                    ahead(nonnegative(following), work)
                     visit(instance, body, motion, model, work)
                     body = nonnegative(following)
             synchronize()
@@ -200,4 +197,4 @@ def pass_along_runs_of(visit: Any, motion_of: Any) -> Any:
     return forward_pass
 
 
-place_along_runs = pass_along_runs_of(place_next, moving_of)
+place_along_runs = pass_along_runs_of(place_next, moving_of, ahead_of_placing)

@@ -14,6 +14,7 @@ import warp as wp
 from warpmuscle.kernels.algebra.spatial import symmetric_times
 from warpmuscle.kernels.body.dynamics import (
     accelerate_body,
+    along_one,
     leave_downdated,
     leave_for_parent,
     move_body,
@@ -156,10 +157,7 @@ def accelerate_coordinate(body: int, free: bool, skeleton: Skeleton, work: Scrat
     a = work.acceleration[parent] + wp.cross(alpha, work.position[body] - work.position[parent])
     x = wp.float32(0.0)
     if free:
-        fa = work.factor_a[body]
-        p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
-        q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
-        x = fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a)
+        x = along_one(work.factor_a[body], alpha, a)
     along = a + work.coordinate_drift[body] + work.coordinate_moving[body] * x
     move_body(body, alpha, along, wp.vec3(x, 0.0, 0.0), work.coordinate_turning[body] * x, skeleton, work)
 

@@ -234,6 +234,14 @@ def accelerate_root(kind: int, skeleton: Skeleton, work: ScratchRef):
 
 
 @func
+def along_one(fa: wp.mat33, alpha: wp.vec3, a: wp.vec3) -> float:
+    """Acceleration of a joint of one speed, see `joint_acceleration`, by the factor that `leave_downdated` has left."""
+    p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
+    q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
+    return fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a)
+
+
+@func
 def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: ScratchRef) -> wp.vec3:
     """Joint acceleration: about child axes for a ball, else by coordinate, rad/s^2.
 
@@ -244,12 +252,12 @@ def joint_acceleration(kind: int, body: int, alpha: wp.vec3, a: wp.vec3, work: S
     if kind == BALL:
         x = work.factor_c[body] - fa * alpha - work.factor_b[body] * a
         return wp.transpose(work.rotation[body]) * x
-    p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
-    q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
     if kind == HINGE:
-        return wp.vec3(fa[0, 2] - wp.dot(p, alpha) - wp.dot(q, a), 0.0, 0.0)
+        return wp.vec3(along_one(fa, alpha, a), 0.0, 0.0)
     if kind == UNIVERSAL:
         fb = work.factor_b[body]
+        p = wp.vec3(fa[0, 0], fa[1, 0], fa[2, 0])
+        q = wp.vec3(fa[0, 1], fa[1, 1], fa[2, 1])
         pb = wp.vec3(fa[0, 2], fa[1, 2], fa[2, 2])
         qb = wp.vec3(fb[0, 0], fb[1, 0], fb[2, 0])
         return wp.vec3(fb[0, 1] - wp.dot(p, alpha) - wp.dot(q, a), fb[1, 1] - wp.dot(pb, alpha) - wp.dot(qb, a), 0.0)
@@ -276,6 +284,14 @@ def accelerate_body(instance: int, body: int, model: ModelRef, work: ScratchRef)
 
 
 @func
+def give_way(slot: int, alpha: wp.vec3, a: wp.vec3, work: ScratchRef):
+    """Take from the force on a foot what it gives way as its body accelerates; no foot: a slot below 0."""
+    if slot >= 0:
+        given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
+        work.contact_force[slot] = work.contact_force[slot] - given_way
+
+
+@func
 def move_body(
     body: int, parent_alpha: wp.vec3, parent_a: wp.vec3, x: wp.vec3, relative: wp.vec3, skeleton: Skeleton,
     work: ScratchRef,
@@ -293,10 +309,7 @@ def move_body(
     work.angular_acceleration[body] = alpha
     work.acceleration[body] = a
     work.factor_c[body] = x
-    slot = skeleton.plan[body].foot_slot
-    if slot >= 0:
-        given_way = symmetric_times(work.contact_c[slot], a) + wp.transpose(work.contact_b[slot]) * alpha
-        work.contact_force[slot] = work.contact_force[slot] - given_way
+    give_way(skeleton.plan[body].foot_slot, alpha, a, work)
 
 
 @cache

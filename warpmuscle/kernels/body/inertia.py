@@ -12,7 +12,7 @@ from warpmuscle.kernels.contact.contact import contact_stage_of
 from warpmuscle.kernels.contact.contact_laws import SPRING, TOUCHING, body_contacts_of
 from warpmuscle.kernels.contact.terrain import FLAT
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.main_memory import rotation_of
+from warpmuscle.kernels.memory.main_memory import ahead_of_inertia, rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import ModelRef, ScratchRef, StateRef, at
 
@@ -99,6 +99,7 @@ def inertia_stage_of(
         if wp.static(moves):
             step = state.step[instance]
         for i in range(lane, model.body_count, lanes):
+            ahead_of_inertia(wp.min(i + lanes, model.body_count - 1), work)
             body_inertia(instance, i, model, work)
             if i == 0:
                 work.bias_force[0] = work.bias_force[0] - push_now(instance, state)

@@ -22,7 +22,7 @@ from warpmuscle.kernels.body.dynamics import Articulated
 from warpmuscle.kernels.body.followed_reduction import entry_of, followed_of, gather, gather_with_pushes
 from warpmuscle.kernels.body.joint_motion import has_motion
 from warpmuscle.kernels.functions import func
-from warpmuscle.kernels.memory.main_memory import rotation_of
+from warpmuscle.kernels.memory.main_memory import ahead_of_reducing, rotation_of
 from warpmuscle.kernels.memory.scratch import synchronize
 from warpmuscle.kernels.structs import FIXED, ModelRef, ScratchRef, at, component, nonnegative, set_component
 
@@ -115,6 +115,13 @@ def take_body_of(hybrid: bool) -> Any:
         if wp.static(hybrid):
             kind = model.motion.remaining[body]
         parent = nonnegative(skeleton.plan[body].parent)
+        # all of it is asked for at once, which takes as long as any one
+        turning = work.coordinate_turning[body]
+        moving = work.coordinate_moving[body]
+        coordinate_drift = work.coordinate_drift[body]
+        axis = rotation_of(body, work) * at(skeleton.row, instance, body).axis_a
+        stiffness = work.stiffness[body]
+        torque = work.torque[body]
         x.a = work.block_a[body] + x.a
         x.b = work.block_b[body] + x.b
         x.c = work.block_c[body] + x.c
@@ -133,21 +140,20 @@ def take_body_of(hybrid: bool) -> Any:
         j.d = 0.0
         j.q = 0.0
         if coordinate:
-            j.drift = j.drift + work.coordinate_drift[body]
+            j.drift = j.drift + coordinate_drift
         x.n = x.n + symmetric_times(x.a, j.bias) + x.b * j.drift
         x.f = x.f + wp.transpose(x.b) * j.bias + symmetric_times(x.c, j.drift)
         if kind != FIXED:
-            axis = rotation_of(body, work) * at(skeleton.row, instance, body).axis_a
             j.turning = axis
             if coordinate:
-                j.turning = work.coordinate_turning[body]
-                j.moving = work.coordinate_moving[body]
+                j.turning = turning
+                j.moving = moving
             j.moment = symmetric_times(x.a, j.turning) + x.b * j.moving
             j.force = wp.transpose(x.b) * j.turning + symmetric_times(x.c, j.moving)
             if j.free != 0:
                 own_inertia = wp.dot(j.turning, j.moment) + wp.dot(j.moving, j.force)
-                j.d = 1.0 / (own_inertia + wp.dot(axis, symmetric_times(work.stiffness[body], axis)))
-                effort = -wp.dot(axis, work.torque[body])
+                j.d = 1.0 / (own_inertia + wp.dot(axis, symmetric_times(stiffness, axis)))
+                effort = -wp.dot(axis, torque)
                 j.q = (effort - wp.dot(j.turning, x.n) - wp.dot(j.moving, x.f)) * j.d
 
     return take_body
@@ -223,6 +229,7 @@ def reduce_run_of(hybrid: bool, constrained: bool) -> Any:
             add_children(body, x, model, work)
             for _ in range(run.count):
                 above = model.skeleton.plan[body].parent  # asked for before anything is stored
+                ahead_of_reducing(nonnegative(above), work)
                 take_body(instance, body, x, j, model, work)
                 if t.helper < t.sharing:
                     for rank in range(t.helper, run.unknowns, t.sharing):

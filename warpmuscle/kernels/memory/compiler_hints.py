@@ -4,10 +4,15 @@ Else it takes every stride as a number that it has to fetch and to multiply by, 
 a GPU.
 """
 
+from collections.abc import Iterator
 from functools import cache
+from itertools import starmap
+from math import gcd
 from typing import Any
 
 import warp as wp
+
+ALIGNED = 16  # bytes, that a lane fetches at once at most
 
 
 @cache
@@ -24,8 +29,9 @@ def known_rows_of(
     """
     whole = "auto whole = [](int i) { __builtin_assume(i >= 0); return i; };"
     lines = [whole, *_lines(struct, "s", {f"s.{name}" for name in others}, side_by_side)]
-    if pairs:
-        lines += ["#if defined(__CUDA_ARCH__)", *map(_aligned, pairs), "#endif", ""]
+    aligned = {f"s.{name}": 8 for name in pairs} | dict(_records(struct, "s"))
+    if aligned:
+        lines += ["#if defined(__CUDA_ARCH__)", *starmap(_aligned, aligned.items()), "#endif", ""]
     snippet = "\n".join(lines)
 
     @wp.func_native(snippet=snippet)
@@ -34,9 +40,22 @@ def known_rows_of(
     return know_rows
 
 
-def _aligned(name: str) -> str:
-    """What says that all elements of an array lie at multiples of 8 bytes."""
-    return f"s.{name}.data = (decltype(s.{name}.data))__builtin_assume_aligned(s.{name}.data, 8);"
+def _aligned(place: str, size: int) -> str:
+    """What says that all elements of an array lie at multiples of so many bytes."""
+    return f"{place}.data = (decltype({place}.data))__builtin_assume_aligned({place}.data, {size});"
+
+
+def _records(struct: Any, path: str) -> Iterator[tuple[str, int]]:
+    """Arrays of records of a multiple of 8 or 16 bytes, which the lane of a GPU fetches by as many at once."""
+    for name, field in struct.vars.items():
+        place = f"{path}.{name}"
+        if hasattr(field.type, "ndim"):
+            if hasattr(field.type.dtype, "vars"):
+                size = gcd(wp.types.type_size_in_bytes(field.type.dtype), ALIGNED)
+                if size > 4:
+                    yield place, size
+        elif hasattr(field.type, "vars"):
+            yield from _records(field.type, place)
 
 
 def _lines(struct: Any, path: str, others: set[str], side_by_side: bool) -> list[str]:

@@ -124,6 +124,43 @@ def rotation_of(body: int, work: ScratchRef) -> wp.mat33:
     return work.rotation[body]
 
 
+def ahead_of(fields: tuple[str, ...]) -> Any:
+    """A Warp function (k, work) that lets the second cache fetch what fields have of body k, if in main memory.
+
+    No lane waits for that, and no number depends on it: who goes from body to body asks so for the one behind.
+
+    Args:
+        fields: one of each record.
+    """
+    asked = "\n".join(
+        f'asm volatile("prefetch.global.L2 [%0];" :: "l"(wp::address(work.{name}, k)));' for name in fields
+    )
+    snippet = f"""
+#if defined(__CUDA_ARCH__)
+if (work.rotation.strides[0] == {4 * SIDE * ROTATION}) {{
+{asked}
+}}
+#endif
+"""
+
+    @wp.func_native(snippet=snippet)
+    def ahead(k: int, work: ScratchRef): ...
+
+    return ahead
+
+
+PLACED = (
+    "turned", "anchor", "rate", "parent_rate", "coordinate_turning", "coordinate_drift", "coordinate_turning_drift",
+)  # fmt: skip
+REDUCED = (
+    "block_b", "block_a", "block_c", "bias_force", "rotation", "angular_velocity", "coordinate_turning",
+    "coordinate_drift", "stiffness", "torque",
+)  # fmt: skip
+ACCELERATED = "rotation", "angular_velocity", "factor_a", "coordinate_turning", "coordinate_drift"
+ahead_of_placing, ahead_of_reducing, ahead_of_accelerating = map(ahead_of, (PLACED, REDUCED, ACCELERATED))
+ahead_of_inertia = ahead_of(("angular_velocity",))
+
+
 @func
 def apart_at(w: wp.ref[Scratch], buffer: wp.uint64, instance: int, entries: int, size: int):
     """Views of what so many entries of `followed.py` leave in a GPU's main memory.
