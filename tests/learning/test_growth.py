@@ -10,6 +10,7 @@ from warpmuscle.formats import load
 from warpmuscle.kernels.learning.episodes import NOT_YET, quarter_of
 from warpmuscle.learning import EpisodeBatch, Task, Variation
 from warpmuscle.learning.player import in_full
+from warpmuscle.scene.learning import Imitation
 from warpmuscle.scene.learning.task import GROWING
 from warpmuscle.scene.validation.scene import check_scene
 
@@ -258,3 +259,40 @@ def test_a_state_with_pushes_that_cannot_be_is_refused(array, value):
     getattr(batch.episodes, array).fill_(value)
     with pytest.raises(RolloutError, match=r"hardness|push"):
         batch.check_state()
+
+
+@pytest.mark.parametrize(
+    ("name", "value", "match"),
+    [
+        ("push_phase", (0.4, 0.3), "lower and an upper"),
+        ("push_phase", (0.5, 1.6), "1 apart"),
+        ("push_direction", (-400.0, 0.0), "-360 to 360"),
+        ("push_phase", (0.3, 0.4), "no clock"),
+    ],
+)
+def test_pushes_are_aimed_within_one_cycle_of_a_gait_and_one_turn(name, value, match):
+    scene = load("reflex_planar")
+    scene.learning = Task(variation=Variation(push=8.0, **{name: value}))
+    with pytest.raises(SceneError, match=match) as error:
+        check_scene(scene)
+    assert error.value.key == f"learning.variation.{name}"
+
+
+@pytest.mark.parametrize("symmetric", [False, True])
+def test_pushes_of_a_task_begin_in_their_phase_and_half_of_them_mirrored_if_it_is_symmetric(symmetric):
+    variation = Variation(
+        velocity_noise=0.0, push=1e-3, push_interval=0.02, push_phase=(0.6, 0.7), push_direction=(60.0, 120.0)
+    )
+    scene = load("walk56")
+    scene.learning = Task(variation=variation, imitation=Imitation(), symmetric=symmetric, episode_time=9.0)
+    batch = EpisodeBatch(scene, 4, "cpu", scene.learning, seed=3, threads=1)
+    found = set()
+    for _ in range(250):
+        waiting = batch.episodes.next_push.numpy().copy()
+        batch.step(restart=False)
+        for i in np.flatnonzero(batch.episodes.next_push.numpy() != waiting):
+            left = bool(batch.rollout.state.push.numpy()[i, 0] > 0.0)
+            found.add(left)
+            since = (batch.episodes.phase.numpy()[i] - (0.6 if left else 0.1)) % 1.0
+            assert since <= 0.1 + 0.02
+    assert found == ({True, False} if symmetric else {True})

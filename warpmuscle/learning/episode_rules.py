@@ -10,12 +10,12 @@ import warp as wp
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.arrays import to_device
 from warpmuscle.core.errors import RolloutError
-from warpmuscle.kernels.learning.episodes import NOT_YET, QUARTERS, EpisodeRules, Episodes
+from warpmuscle.kernels.learning.episodes import AT_ONCE, NOT_YET, QUARTERS, EpisodeRules, Episodes
 from warpmuscle.learning.imitation import Gait, run_from
 from warpmuscle.model.joints import root_number
 from warpmuscle.scene import Scene
 from warpmuscle.scene.learning import Imitation, Task
-from warpmuscle.scene.learning.task import GROWING
+from warpmuscle.scene.learning.task import ANY_DIRECTION, ANY_PHASE, GROWING
 
 
 def room_for(instances: int, commands: int, device: wp.Device) -> Episodes:
@@ -73,9 +73,22 @@ def rules_of(
     rules.shrinkage, rules.push_shrinkage = against * variation.growth, against * variation.push_growth
     rules.push_least, rules.push_growth = variation.push_least, variation.push_growth
     rules.pushed_share = variation.pushed_share
+    _put_aim(rules, task)
     rules.push_steps = max(round(variation.push_duration / scene.time_step), 1)
     rules.time_step, rules.decision_time = scene.time_step, dt
     return rules
+
+
+def _put_aim(rules: EpisodeRules, task: Task) -> None:
+    """When and whereto pushes come that have a phase or a direction."""
+    variation = task.variation
+    any_time = variation.push_phase == ANY_PHASE
+    aimed = not (any_time and variation.push_direction == ANY_DIRECTION)
+    rules.aimed_share = variation.aimed_share if aimed else 0.0
+    rules.push_phase = wp.vec2(AT_ONCE, AT_ONCE) if any_time else wp.vec2(*variation.push_phase)
+    rules.push_angle = wp.vec2(*np.radians(variation.push_direction))
+    rules.push_mirrored = int(task.symmetric)
+    rules.push_from_heading = int(aimed or variation.push_growth > 0.0)
 
 
 def _put_clock(rules: EpisodeRules, task: Task, gait: Gait | None) -> None:

@@ -17,7 +17,7 @@ SETTINGS = {
     "starts": 5, "variants": 3, "command_low": LOW, "command_high": HIGH, "cycle_rate": 0.9, "clock_speed": 1.2,
     "cadence_power": 0.6, "start_phase": (0.1, 0.3, 0.5, 0.7, 0.9), "velocity_noise": 0.2, "push": PUSH,
     "push_decisions": 20, "push_steps": STEPS, "time_step": TIME_STEP, "decision_time": DECISION,
-    "command_decisions": 6, "pushed_share": 1.0,
+    "command_decisions": 6, "pushed_share": 1.0, "aimed_share": 0.0,
 }  # fmt: skip
 
 
@@ -103,6 +103,56 @@ def test_decisions_move_clock_and_heading_and_draw_commands_and_pushes_when_they
     assert wait.min() == 10
     assert wait.max() == 29
     assert wait.mean() == pytest.approx(19.5, rel=0.03)
+
+
+@wp.kernel(enable_backward=False)
+def aims(angle: float, episodes: Episodes, rules: EpisodeRules, aim: wp.array[wp.vec2]):
+    i = wp.tid()
+    aim[i] = kernels.aim_of(i, 7, angle, episodes, rules)
+
+
+@pytest.mark.parametrize("mirrored", [0, 1])
+def test_aimed_pushes_have_phases_and_directions_between_bounds_or_those_of_the_other_side(mirrored: int):
+    bounds = {"push_phase": (0.9, 1.1), "push_angle": (-0.2, 0.4)}
+    rules, episodes, *_ = begun(ROOT_FREE, aimed_share=0.7, push_mirrored=mirrored, **bounds)
+    found = wp.zeros(N, dtype=wp.vec2, device="cpu")
+    wp.launch(aims, N, [2.5, episodes, rules, found], device="cpu")
+    phase, angle = found.numpy().T.astype(float)
+    aimed = phase >= 0.0
+    np.testing.assert_allclose(angle[~aimed], 2.5)
+    assert aimed.mean() == pytest.approx(0.7, abs=0.03)
+    assert phase.max() < 1.0
+    assert angle.min() >= 0.0
+    assert angle.max() <= 2.0 * np.pi
+    phase, angle = phase[aimed], (angle[aimed] + np.pi) % (2.0 * np.pi) - np.pi
+    other = (phase > 0.25) & (phase < 0.75)  # the cycle's other half
+    assert other.mean() == pytest.approx(0.5 * mirrored, abs=0.03)
+    for half, centre, sign in ((~other, 0.0, 1.0), (other, 0.5, -1.0)):
+        if half.any():
+            away = (phase[half] - centre + 0.5) % 1.0 - 0.5
+            np.testing.assert_allclose(np.quantile(away, (0.0, 0.5, 1.0)), (-0.1, 0.0, 0.1), atol=0.01)
+            np.testing.assert_allclose(np.quantile(sign * angle[half], (0.0, 0.5, 1.0)), (-0.2, 0.1, 0.4), atol=0.03)
+
+
+def test_an_aimed_push_waits_for_its_phase_and_goes_to_its_side_of_the_wanted_heading():
+    """Of each instance as many decisions as a cycle has: the clock passes every phase once."""
+    aim = {"aimed_share": 1.0, "push_phase": (0.3, 0.4), "push_angle": (1.4, 1.6), "push_from_heading": 1}
+    rules, episodes, state, _ = begun(ROOT_FREE, push_least=1.0, cadence_power=0.0, command_decisions=0, **aim)
+    rules.push_decisions = 1000  # that none comes twice
+    episodes.next_push.zero_()
+    moved, came = 0.9 * DECISION, np.zeros(N)
+    for _ in range(round(1.0 / moved)):
+        waiting = episodes.next_push.numpy() == 0
+        wp.launch(kernels.begin_decision, N, [rules, episodes, state], device="cpu")
+        now = waiting & (episodes.next_push.numpy() > 0)
+        came += now
+        phase, push = episodes.phase.numpy()[now], state.push.numpy()[now]
+        assert ((phase >= 0.3 - 1e-5) & (phase <= 0.4 + moved)).all()
+        angle = np.arctan2(push[:, 0], push[:, 2]) - episodes.heading.numpy()[now] - 1.5
+        np.testing.assert_allclose((angle + np.pi) % (2.0 * np.pi) - np.pi, 0.0, atol=0.1 + 1e-5)
+        np.testing.assert_array_equal(state.push_steps.numpy()[now, 0], state.step.numpy()[now])
+    assert came.max() == 1
+    assert came.mean() > 0.98
 
 
 def test_pushes_come_in_a_share_of_the_episodes_alone_and_in_all_or_none_of_one():

@@ -9,7 +9,7 @@ from warpmuscle.kernels.functions import func
 
 # What they are for.
 START, VARIANT, COMMAND, NOISE, PUSH, VELOCITY, GOAL, BOX = range(1, 9)
-CUSTOM_START, EXCITATION, DELAY, NOISINESS, PUSHED = range(9, 14)
+CUSTOM_START, EXCITATION, DELAY, NOISINESS, PUSHED, AIM = range(9, 15)
 
 
 @func

@@ -2,7 +2,7 @@
 
 import warp as wp
 
-from warpmuscle.kernels.algebra.random_numbers import COMMAND, PUSH, PUSHED, START, VARIANT, VELOCITY, random_of
+from warpmuscle.kernels.algebra.random_numbers import AIM, COMMAND, PUSH, PUSHED, START, VARIANT, VELOCITY, random_of
 from warpmuscle.kernels.algebra.spatial import heading_angle
 from warpmuscle.kernels.body.kinematics import coordinate_quat, coordinate_vector
 from warpmuscle.kernels.structs import ROOT_FIXED, ROOT_FREE, ROOT_PLANAR, State
@@ -13,6 +13,7 @@ SPEED, TURNING_RATE, FIRST_POSE = 0, 1, 2  # of the commands
 LEAST_PACE = 0.1  # of the clock's speed
 QUARTERS = 4  # whereto a push can go, as seen along the wanted heading: ahead, to the left, back, to the right
 NOT_YET = -1
+AT_ONCE = -1.0  # in place of a phase, as any below 0 is
 
 
 @wp.struct
@@ -65,6 +66,11 @@ class EpisodeRules:
     push_growth: float  # of the hardness of a quarter, with a push that is withstood; 0: pushes have none of their own
     push_shrinkage: float  # of it, with one that is not
     pushed_share: float  # of episodes, in which pushes come
+    aimed_share: float  # of pushes, that come at a phase and go to a side; others come at any time and go anywhere
+    push_phase: wp.vec2  # of the imitated gait, between which those come; AT_ONCE twice: at any
+    push_angle: wp.vec2  # rad from the wanted heading to the left, between which those go
+    push_mirrored: int  # 1: half of those are mirror images, half a cycle later and to the other side
+    push_from_heading: int  # 1: angles of pushes are from the wanted heading; 0: from z
     push_decisions: int  # between two pushes, in the mean; 0: there are none
     push_steps: int
     time_step: float  # s, of the simulation
@@ -159,15 +165,14 @@ def count_push(instance: int, withstood: bool, episodes: Episodes, rules: Episod
 def begin_push(instance: int, angle: float, share: float, episodes: Episodes, rules: EpisodeRules) -> wp.vec3:
     """Force of a push, N, of a share of the greatest impulse that there is now; its quarter is noted.
 
-    The angle is one from z, or from the wanted heading where pushes have a hardness of their own.
+    The angle is one from z, or from the wanted heading, as the rules say.
     """
     hardness = share_of(rules.push_grows, episodes.hardness[instance])
-    towards = angle
     if rules.push_growth > 0.0:
         quarter = quarter_of(angle)
         hardness = episodes.push_hardness[instance, quarter]
         episodes.pushed[instance] = quarter
-        towards = angle + episodes.heading[instance]
+    towards = wp.where(rules.push_from_heading == 1, angle + episodes.heading[instance], angle)
     impulse = share * rules.push * hardness
     force = impulse / (float(rules.push_steps) * rules.time_step)
     return wp.vec3(force * wp.sin(towards), 0.0, force * wp.cos(towards))
@@ -184,6 +189,34 @@ def is_pushed(instance: int, number: int, seed: int, share: float) -> bool:
     """Whether pushes come in this episode of an instance, as they do in a share of all."""
     generator = random_of(seed, instance, number, PUSHED)
     return wp.randf(generator) < share
+
+
+@wp.func
+def aim_of(instance: int, due: int, angle: float, episodes: Episodes, rules: EpisodeRules) -> wp.vec2:
+    """Phase at which a push comes that is due since a decision, or AT_ONCE, and its angle, rad from 0 to 2 pi.
+
+    The angle is the given one if the push is not aimed.
+    """
+    generator = random_of(episodes.seed[0], instance, due, AIM)
+    if wp.randf(generator) >= rules.aimed_share:
+        return wp.vec2(AT_ONCE, angle)
+    phase = wp.lerp(rules.push_phase[0], rules.push_phase[1], wp.randf(generator))
+    towards = wp.lerp(rules.push_angle[0], rules.push_angle[1], wp.randf(generator))
+    if rules.push_mirrored == 1 and wp.randf(generator) < 0.5:
+        towards = -towards
+        phase = wp.where(phase < 0.0, AT_ONCE, phase + 0.5)
+    turns = towards * wp.static(0.5 / wp.PI)
+    return wp.vec2(
+        wp.where(phase < 0.0, AT_ONCE, phase - wp.floor(phase)),
+        (turns - wp.floor(turns)) * wp.static(2.0 * wp.PI),
+    )
+
+
+@wp.func
+def has_come(target: float, phase: float, moved: float) -> bool:
+    """Whether the clock has come to a phase in this decision, in which it moved by so much of a cycle."""
+    since = phase - target
+    return target < 0.0 or since - wp.floor(since) < moved
 
 
 @wp.func
@@ -209,19 +242,24 @@ def begin_decision(
     if rules.command_decisions > 0 and length > 0 and length % rules.command_decisions == 0:
         draw_commands(i, decision, episodes, rules)
     episodes.heading[i] = episodes.heading[i] + episodes.command[i, TURNING_RATE] * rules.decision_time
-    phase = episodes.phase[i] + clock_rate(episodes.command[i, SPEED], rules) * rules.decision_time
-    episodes.phase[i] = phase - wp.floor(phase)
-    if rules.push_decisions > 0 and decision >= episodes.next_push[i]:
-        generator = random_of(episodes.seed[0], i, decision, PUSH)
-        count_push(i, True, episodes, rules)  # it is still up after the last one
+    moved = clock_rate(episodes.command[i, SPEED], rules) * rules.decision_time
+    phase = episodes.phase[i] + moved
+    phase = phase - wp.floor(phase)
+    episodes.phase[i] = phase
+    due = episodes.next_push[i]
+    if rules.push_decisions > 0 and decision >= due:
+        generator = random_of(episodes.seed[0], i, due, PUSH)
         angle = wp.randf(generator) * wp.static(2.0 * wp.PI)
-        share = wp.lerp(rules.push_least, 1.0, wp.randf(generator))
-        if is_pushed(i, episodes.number[i], episodes.seed[0], rules.pushed_share):
-            state.push[i] = begin_push(i, angle, share, episodes, rules)
-            step = state.step[i]
-            state.push_steps[i, 0] = step
-            state.push_steps[i, 1] = step + rules.push_steps
-        episodes.next_push[i] = decision + push_wait(generator, rules)
+        aim = aim_of(i, due, angle, episodes, rules)
+        if has_come(aim[0], phase, moved):
+            count_push(i, True, episodes, rules)  # it is still up after the last one
+            share = wp.lerp(rules.push_least, 1.0, wp.randf(generator))
+            if is_pushed(i, episodes.number[i], episodes.seed[0], rules.pushed_share):
+                state.push[i] = begin_push(i, aim[1], share, episodes, rules)
+                step = state.step[i]
+                state.push_steps[i, 0] = step
+                state.push_steps[i, 1] = step + rules.push_steps
+            episodes.next_push[i] = decision + push_wait(generator, rules)
 
 
 @wp.kernel

@@ -128,6 +128,8 @@ class Imitation(Part):
     weights: Annotated[dict[str, float], "1", FROM_0] = {}  # of joints, and of how upright the `root` is; by default 1
 
 
+ANY_PHASE = (0.0, 1.0)
+ANY_DIRECTION = (-180.0, 180.0)  # deg
 GROWING = ("velocity_noise", "push", "delay", "noise")  # disturbances that can grow as episodes last
 
 
@@ -166,6 +168,12 @@ class Variation(Part):
     # as a walk is in which angles and forces are measured
     push_interval: Annotated[float, "s", ABOVE_0] = 4.0  # between two pushes, in the mean
     push_duration: Annotated[float, "s", ABOVE_0] = 0.1
+    push_phase: Annotated[Interval, "1"] = ANY_PHASE  # of the imitated gait's cycle, from a contact of the left foot to
+    # the next, between which pushes begin: one that is due waits for it; (0.9, 1.1) goes on in the next cycle
+    push_direction: Annotated[Interval, "deg"] = ANY_DIRECTION  # from the wanted heading to the left, between which
+    # pushes go; where the task is `symmetric`, half of them are mirror images: half a cycle later, to the other side
+    aimed_share: Annotated[float, "1", FRACTION] = 1.0  # of pushes that have this phase and direction; the others come
+    # at any time and go anywhere
     growth: Annotated[float, "1", FRACTION] = 0.0  # 0.1: an instance begins without what `growing` names; with each
     # episode that lasts its whole time it has a tenth more of them, up to all, and with each that fails less, by what
     # `lasting` says; 0: all from the start, as in trials of a policy

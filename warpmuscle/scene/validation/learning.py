@@ -9,7 +9,7 @@ from warpmuscle.core.plain_text import number_of
 from warpmuscle.kernels.objective.objective_terms import REWARDS, SIZES, TERMS
 from warpmuscle.scene.joints import joint_type
 from warpmuscle.scene.learning import Goal, ImitatedRun, Imitation, Rewards, Task, Tightening, Variation
-from warpmuscle.scene.learning.task import GROWING, Interval
+from warpmuscle.scene.learning.task import ANY_PHASE, GROWING, Interval
 from warpmuscle.scene.norms import IMITATED, RUNNING, is_run
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.validation.checks import Checks, known
@@ -59,6 +59,7 @@ def check_task(check: Checks) -> None:
     for name, goal in task.goals.items():
         _goal(f"learning.goals.{name}", goal)
     _variation(check, task.variation)
+    _aim(task)
     if task.imitation is not None:
         _imitation(check, task.imitation)
         if task.imitation.run is not None:
@@ -143,6 +144,18 @@ def _variation(check: Checks, variation: Variation) -> None:
         if not least <= getattr(variation, name) <= LARGEST_COUNT:
             raise SceneError(f"must be {least} to {LARGEST_COUNT}, is {getattr(variation, name)}", key=f"{key}.{name}")
     _starts(check, variation)
+
+
+def _aim(task: Task) -> None:
+    """Pushes come within one cycle of a gait that is imitated, and go within one turn."""
+    key, variation = "learning.variation", task.variation
+    for name, low, high, most in (("push_phase", 0.0, 2.0, 1.0), ("push_direction", -360.0, 360.0, 360.0)):
+        first, last = getattr(variation, name)
+        if not (low <= first <= last <= high and last - first <= most):
+            text = f"must be a lower and an upper number of {low:g} to {high:g}, at most {most:g} apart"
+            raise SceneError(f"{text}, is {first:g}, {last:g}", key=f"{key}.{name}")
+    if variation.push_phase != ANY_PHASE and task.imitation is None:
+        raise SceneError("there is no clock without learning.imitation", key=f"{key}.push_phase")
 
 
 def _starts(check: Checks, variation: Variation) -> None:
