@@ -16,6 +16,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.search.batched import ask_all, tell_all
 from warpmuscle.search.search import Search
@@ -72,4 +73,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -40,6 +40,7 @@ from gpu_resources import resources
 from mujoco_warp_peer import peer_rate
 from stage_times import StageTimes
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout, find_device
@@ -244,4 +245,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

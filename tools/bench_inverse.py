@@ -26,6 +26,7 @@ import typer
 import warp as wp
 from opensim_static_optimization import analyze, write_reserves
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats.sto import storage_text
 from warpmuscle.inverse.activations import ActivationOptions
 from warpmuscle.inverse.body_model import BodyModel
@@ -244,4 +245,4 @@ def solves(body: BodyModel, prepared: Any, effort: Any) -> tuple[float, float]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -24,6 +24,7 @@ import msgspec
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.status import Status
 from warpmuscle.formats import load
 from warpmuscle.optimization.evaluation import Generation
@@ -148,4 +149,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -20,6 +20,7 @@ from fastest_run import fastest_run
 from gpu_resources import resources
 from stage_times import StageTimes
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.scene import Excitation, Failure, Scene
 from warpmuscle.simulation.rollout import Rollout, find_device
@@ -83,4 +84,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -27,6 +27,7 @@ from fastest_run import fastest_run
 from mujoco_warp_peer import MARGIN, rate
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 
 EXCITATION = 0.5
 WARM = 5  # steps before the clock starts
@@ -125,4 +126,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

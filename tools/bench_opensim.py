@@ -26,6 +26,7 @@ from opensim_oracle import with_process
 from opensim_posed import excite
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Excitation, Failure, Scene
 from warpmuscle.simulation.rollout import Rollout
 
@@ -118,4 +119,4 @@ def main(
 
 if __name__ == "__main__":
     np.seterr(all="ignore")
-    typer.run(main)
+    run_script(main)

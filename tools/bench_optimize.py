@@ -23,6 +23,7 @@ import msgspec
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.optimization import search_loop
 from warpmuscle.optimization.optimize import optimize
@@ -117,4 +118,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

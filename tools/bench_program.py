@@ -24,6 +24,7 @@ import warp as wp
 
 sys.path.insert(0, str(Path(__file__).parents[1] / "tests"))
 from program_problems import Problems, optimum, standing  # type: ignore[import-not-found]
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.machine import this_machine
 from warpmuscle.simulation.devices import find_device
 from warpmuscle.simulation.program.program_batch import ProgramBatch
@@ -102,4 +103,4 @@ def parts(muscles: int, torques: int) -> tuple[slice, slice, slice]:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -20,6 +20,7 @@ import warp as wp
 from bench_several_gpus import NOISE, RUNS, spread
 from fastest_run import fastest_run
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.simulation.rollout import Rollout
 
@@ -50,4 +51,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -24,6 +24,7 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.optimization.progress import Progress
@@ -152,4 +153,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

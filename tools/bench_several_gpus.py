@@ -19,6 +19,7 @@ import warp as wp
 from fastest_run import fastest_run
 from numpy.typing import NDArray
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.devices import find_devices
@@ -68,4 +69,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -27,6 +27,7 @@ import typer
 import warp as wp
 from stage_times import StageTimes
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load, mjcf
 from warpmuscle.model.muscles import driven
 from warpmuscle.scene import Scene
@@ -161,4 +162,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

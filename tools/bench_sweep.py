@@ -27,6 +27,7 @@ from typing import Annotated, Any
 import msgspec
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.results.result import read as read_result
 from warpmuscle.results.sweeps import read_sweep
@@ -237,4 +238,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

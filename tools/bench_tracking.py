@@ -14,8 +14,8 @@ import time
 from pathlib import Path
 
 import numpy as np
-import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import read_loads
@@ -64,4 +64,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -18,6 +18,7 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.scene import BallObject, BodyContact, BoxObject, Held, Scene, Terrain, Treadmill, Water
 from warpmuscle.scene.body_contact.pairs import biped_pairs
@@ -102,4 +103,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

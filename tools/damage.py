@@ -14,7 +14,6 @@ python tools/damage.py --case loads:17 --keep out  one case, whose files stay in
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -24,6 +23,8 @@ import typer
 from damaging.cases import KINDS, Case, cases, run
 from damaging.trial import Trial, read_trial
 from fuzzing.judge import Verdict
+
+from warpmuscle.cli.ending import run_script
 
 
 def damage(
@@ -86,4 +87,4 @@ def _run(some: list[Case], sound: Trial, work: Path, loud: bool) -> int:
 
 
 if __name__ == "__main__":
-    sys.exit(typer.run(damage))
+    run_script(damage)

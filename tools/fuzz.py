@@ -14,7 +14,6 @@ python tools/fuzz.py --case simbicon:17                  one case, whose input s
 from __future__ import annotations
 
 import os
-import sys
 import tempfile
 import time
 from pathlib import Path
@@ -25,6 +24,8 @@ from fuzzing.judge import Verdict
 from fuzzing.kinds import KINDS, WITHOUT_SEEDS, Setting, make, shares
 from fuzzing.pool import Case, Settings, prepare, run_all, run_case
 from fuzzing.seeds import make_seeds
+
+from warpmuscle.cli.ending import run_script
 
 
 def fuzz(
@@ -106,4 +107,4 @@ def _failed(verdict: Verdict) -> bool:
 
 
 if __name__ == "__main__":
-    sys.exit(typer.run(fuzz))
+    run_script(fuzz)

@@ -24,6 +24,7 @@ import warp as wp
 from agreement import LAST_BITS, NOISE, Floats, apart, candidates, moved, same_bits
 from scipy.stats import ks_2samp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.formats import load
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout
@@ -89,4 +90,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -20,6 +20,7 @@ import warp as wp
 from opensim_agreement import compare
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import followed_drivers, topology
@@ -103,4 +104,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

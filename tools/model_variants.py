@@ -26,6 +26,7 @@ import warp as wp
 from opensim_agreement import compare
 from opensim_oracle import with_process
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 
 PLACES = re.compile(r"translation|location(_\w+)?|mass_center|point(_on_\w+)?|line_direction_vec|gravity|center")
@@ -230,4 +231,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -18,6 +18,7 @@ from mujoco_ours import computed
 from mujoco_poses import Floats, NotCompared, Oracle
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import Ignored
 
@@ -80,4 +81,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

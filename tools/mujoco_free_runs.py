@@ -22,6 +22,7 @@ from free_runs import FRAMES, START, Floats, differences, drawn, excited, show_t
 from mujoco_poses import NotCompared, Oracle
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.scene import Scene
 from warpmuscle.scene.topology import topology
@@ -116,4 +117,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

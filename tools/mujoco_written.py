@@ -16,6 +16,7 @@ import mujoco
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.formats import load, mjcf
 
@@ -82,4 +83,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

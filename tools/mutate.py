@@ -28,6 +28,8 @@ import typer
 from mutations.changes import Mutation, all_mutations, sample
 from mutations.trial import Outcome, Trial
 
+from warpmuscle.cli.ending import run_script
+
 ROOT = Path(__file__).resolve().parents[1]
 
 
@@ -152,4 +154,4 @@ def _write(path: Path, text: str) -> None:
 
 
 if __name__ == "__main__":
-    sys.exit(typer.run(mutate))
+    run_script(mutate)

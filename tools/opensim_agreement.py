@@ -24,6 +24,7 @@ from opensim_ours import Ours
 from opensim_posed import LINE, Floats
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import EllipsoidSurface, Scene
 from warpmuscle.scene.masses import body_mass
 
@@ -277,4 +278,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

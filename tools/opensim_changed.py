@@ -30,6 +30,7 @@ from opensim_ours import Ours
 from opensim_posed import Posed
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 
 DRAWN = {"Appearance", "VisibleObject", "attached_geometry", "geometry", "FrameGeometry", "defaults", "credits",
@@ -184,4 +185,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

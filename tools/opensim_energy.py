@@ -27,6 +27,7 @@ from opensim_oracle import with_process
 from opensim_posed import Posed
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.gait.muscle_effort import muscle_power
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
 from warpmuscle.results.recording import Recording
@@ -229,4 +230,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

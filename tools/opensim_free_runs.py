@@ -26,6 +26,7 @@ from opensim_ours import bare
 from opensim_posed import coordinate_names, excite, members
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.status import Status
 from warpmuscle.results.degrees_of_freedom import degrees_of_freedom
@@ -237,4 +238,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

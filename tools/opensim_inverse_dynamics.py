@@ -29,6 +29,7 @@ from opensim_oracle import with_process
 from scipy.signal import butter, filtfilt
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.pose import about, conjugate, from_rotation_vector, multiply, normalized, rotate
 from warpmuscle.formats import sto
 from warpmuscle.formats.external_loads import write_loads
@@ -256,4 +257,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -26,6 +26,8 @@ import typer
 from numpy.typing import NDArray
 from opensim_posed import Floats, Posed
 
+from warpmuscle.cli.ending import run_script
+
 FORMAT = 3  # of the kept numbers
 MISSING = "OpenSim is not installed: pip install opensim"
 
@@ -155,4 +157,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

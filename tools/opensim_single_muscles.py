@@ -23,6 +23,7 @@ from opensim_oracle import with_process
 from opensim_posed import Posed
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Scene
 from warpmuscle.simulation.rollout import Rollout
 
@@ -110,4 +111,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -27,6 +27,7 @@ from opensim_ours import Ours
 from opensim_posed import Posed, members
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Scene
 from warpmuscle.scene.muscles import is_cable
 from warpmuscle.simulation.rollout import Rollout
@@ -178,4 +179,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -22,6 +22,7 @@ import typer
 from numpy.typing import NDArray
 from scipy.optimize import lsq_linear
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import read_loads
@@ -263,4 +264,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

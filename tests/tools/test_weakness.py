@@ -4,8 +4,8 @@ import sys
 from pathlib import Path
 
 import pytest
-import typer
 
+from warpmuscle.core.errors import Error
 from warpmuscle.sweep.run import sweep
 
 EXPERIMENTS = Path(__file__).parents[2] / "tools" / "research" / "experiments"
@@ -62,13 +62,11 @@ def test_weaker_gaits_come_after_the_normal_one_from_strong_to_weak(done: Path):
     assert [run.fell for run in groups["hip_muscles"]] == [False, True]
 
 
-def test_a_file_without_a_normal_run_is_one_line(tmp_path: Path, capsys):
+def test_a_file_without_a_normal_run_is_an_error_of_the_user(tmp_path: Path, capsys):
     (tmp_path / "other.toml").write_text('scene = "fwalk"\n[set]\nduration = 0.01\n[search]\ncandidates = 1\n')
     sweep(tmp_path / "other.toml", tmp_path / "other.h5", device="cpu", command="test")
     (tmp_path / "no.h5").write_bytes(b"no")
     for name in ("other.h5", "no.h5", "missing.h5"):
-        with pytest.raises(typer.Exit) as caught:
+        with pytest.raises(Error, match=name):
             weakness.main(tmp_path / name, tmp_path)
-        assert caught.value.exit_code == 2
-        assert capsys.readouterr().err.startswith("error: ")
     assert not (tmp_path / "weakness.png").exists()

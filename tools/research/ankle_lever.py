@@ -19,6 +19,7 @@ from typing import Annotated, NamedTuple
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number
 from warpmuscle.core.pose import conjugate, rotate
@@ -100,4 +101,4 @@ def main(file: Annotated[Path, typer.Argument()]) -> None:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -16,6 +16,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.surface import surface
 
@@ -79,4 +80,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

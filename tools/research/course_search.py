@@ -20,6 +20,7 @@ import typer
 from steering_search import DEEPEST, free_names, let_free
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Command, Scene
 from warpmuscle.scene.number import Free
 
@@ -102,4 +103,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

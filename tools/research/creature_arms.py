@@ -15,6 +15,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.creatures.build import creature_scene, read_creature
 from warpmuscle.scene import Scene
 from warpmuscle.scene.parameters import at_start
@@ -107,4 +108,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -21,6 +21,7 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
@@ -108,4 +109,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -11,7 +11,6 @@ python tools/research/gait_activations.py walk56_person --figure activations.png
 from __future__ import annotations
 
 import os
-import sys
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -20,6 +19,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import PERCENT, over_strides, steady_strides
@@ -98,12 +98,8 @@ def main(
     data: Annotated[Path, typer.Option(help="Folder with the EMG.")] = DATA,
 ) -> None:
     """Compare activations with EMG."""
-    try:
-        theirs = emg(data)
-        walks = {name: activation(name) for name in scenes}
-    except Error as error:
-        print(f"error: {error}", file=sys.stderr)
-        raise typer.Exit(2) from None
+    theirs = emg(data)
+    walks = {name: activation(name) for name in scenes}
     print("| muscle | recorded | " + " | ".join(f"`{Path(name).stem}`" for name in scenes) + " |")
     print("|---|---|" + "---|" * len(scenes))
     for muscle, names in SAME.items():
@@ -134,4 +130,4 @@ def _draw(path: Path, theirs: dict[str, Floats], walks: dict[str, dict[str, Floa
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

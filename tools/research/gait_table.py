@@ -24,6 +24,7 @@ from gait_pictures import compare, draw_gait
 
 import warpmuscle as wm
 from warpmuscle.cli.common import with_settings
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import Error
 from warpmuscle.core.files import replace_file
 from warpmuscle.core.status import Status
@@ -196,27 +197,23 @@ def main(
     """Print how good the gaits are."""
     wp.config.log_level = wp.LOG_WARNING
     names = list(dict.fromkeys([ORIGINAL, *(scenes or SCENES)]))
-    try:
-        short = [called(name) for name in names]
-        labels = short if len(set(short)) == len(names) else names
-        found = {label: scene_of(name) for label, name in zip(labels, names, strict=True)}
-        gaits: list[Judged] = []
-        motions: dict[str, tuple[Recording, Scene]] = {}
-        for name, scene in found.items():
-            gait, recording = judge(name, scene, duration, runs, noise, device, threads)
-            gaits.append(gait)
-            if pictures is not None and gait.measures:
-                draw_gait(pictures, name, recording, scene)
-                if "knee, minimum" in gait.measures:
-                    motions[name] = recording, scene
-        if pictures is not None and motions:
-            compare(pictures / "gaits.png", motions)
-        if output is not None:
-            options = {"duration": duration, "runs": runs, "noise": noise, "device": device}
-            replace_file(output, content(gaits, options))
-    except Error as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
+    short = [called(name) for name in names]
+    labels = short if len(set(short)) == len(names) else names
+    found = {label: scene_of(name) for label, name in zip(labels, names, strict=True)}
+    gaits: list[Judged] = []
+    motions: dict[str, tuple[Recording, Scene]] = {}
+    for name, scene in found.items():
+        gait, recording = judge(name, scene, duration, runs, noise, device, threads)
+        gaits.append(gait)
+        if pictures is not None and gait.measures:
+            draw_gait(pictures, name, recording, scene)
+            if "knee, minimum" in gait.measures:
+                motions[name] = recording, scene
+    if pictures is not None and motions:
+        compare(pictures / "gaits.png", motions)
+    if output is not None:
+        options = {"duration": duration, "runs": runs, "noise": noise, "device": device}
+        replace_file(output, content(gaits, options))
     typer.echo("\n".join(markdown(gaits, runs, noise, min(SECONDS_OF_RUNS, duration))) + "\n")
     typer.echo("\n".join([*accountings(gaits), ""]))
     if helped := [f"`{gait.name}`" for gait in gaits if gait.torques_help]:
@@ -228,4 +225,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -16,6 +16,7 @@ import typer
 import warp as wp
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.status import Status
 from warpmuscle.plots.stick_figures import stick_figures
 
@@ -53,4 +54,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -17,6 +17,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.inverse.body_model import BodyModel
 from warpmuscle.inverse.files import read_coordinates
 from warpmuscle.inverse.loads import read_loads
@@ -121,4 +122,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

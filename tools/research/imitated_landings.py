@@ -17,6 +17,7 @@ import numpy as np
 import typer
 from msgspec.structs import replace
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import scene_of
@@ -67,4 +68,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

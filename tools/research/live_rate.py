@@ -18,6 +18,7 @@ from typing import Annotated
 
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.machine import this_machine
 from warpmuscle.core.status import Status
 from warpmuscle.formats import scene_of
@@ -61,4 +62,4 @@ def _processor_time(advance: Callable[[float], None], seconds: float) -> float:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -20,6 +20,7 @@ from typing import Annotated, Any
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load, toml
 from warpmuscle.learning import EpisodeBatch
@@ -75,4 +76,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

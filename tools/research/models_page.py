@@ -22,6 +22,7 @@ from typing import Annotated
 
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import SceneError
 from warpmuscle.core.plain_text import number_of
 from warpmuscle.formats import Ignored, load
@@ -172,4 +173,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

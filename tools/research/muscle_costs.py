@@ -18,6 +18,7 @@ import numpy as np
 import typer
 from msgspec.structs import replace
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import over_strides, steady_strides
 from warpmuscle.gait.muscle_effort import muscle_power
@@ -61,4 +62,4 @@ def main(file: Path, most: Annotated[int, typer.Option(help="How many rows.")] =
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

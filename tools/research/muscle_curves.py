@@ -13,6 +13,7 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.kernels.curve import curves
 
 MODELS = {"Lee 2014": curves.LEE, "Thelen 2003": curves.THELEN, "Millard 2013": curves.MILLARD}
@@ -44,4 +45,4 @@ def main(file: Annotated[Path, typer.Argument(help="Picture to draw.")] = Path("
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -9,10 +9,10 @@ from __future__ import annotations
 
 import msgspec
 import numpy as np
-import typer
 import warp as wp
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.status import Status
 
 RUNS = (  # scene, runs, duration s, noise of the root's velocity m/s
@@ -64,4 +64,4 @@ def main() -> None:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -23,6 +23,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.inverse.dynamics import Moments, inverse_dynamics
 from warpmuscle.inverse.files import angle_names, read_coordinates
 from warpmuscle.inverse.loads import read_loads
@@ -121,4 +122,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

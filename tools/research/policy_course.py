@@ -17,6 +17,7 @@ import typer
 from course_figure import draw
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.status import Status
 from warpmuscle.learning.imitation import Gait
 from warpmuscle.learning.player import Player, lasting, learned_in, task_of, undisturbed
@@ -176,4 +177,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

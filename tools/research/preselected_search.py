@@ -24,6 +24,7 @@ import typer
 import warp as wp
 from numpy.typing import ArrayLike
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
 from warpmuscle.optimization.optimize import optimize
@@ -161,4 +162,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

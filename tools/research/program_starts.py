@@ -20,6 +20,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.machine import this_machine
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
@@ -57,4 +58,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

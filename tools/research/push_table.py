@@ -18,6 +18,7 @@ from typing import Annotated
 import numpy as np
 import typer
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.machine import this_machine
 from warpmuscle.simulation.perturbations import none
 from warpmuscle.simulation.rollout import Rollout
@@ -59,4 +60,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -21,6 +21,8 @@ from warpmuscle.core.array_types import Floats
 mpl.use("Agg")
 import matplotlib.pyplot as plt
 
+from warpmuscle.cli.ending import run_script
+
 FIRST = 0.5  # s, before which a curve is left out
 COLOURS = ("#1f4e8c", "#b5541c", "#3c7d3c", "#7a4a9c", "#8c6d1f", "#555555")
 
@@ -57,4 +59,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

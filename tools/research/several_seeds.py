@@ -19,6 +19,7 @@ from typing import Annotated
 import typer
 from mean_of_policies import main as write_mean
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import Error
 
 
@@ -63,4 +64,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

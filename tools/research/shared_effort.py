@@ -21,6 +21,7 @@ import numpy as np
 import typer
 from scipy.optimize import lsq_linear
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.number_rows import first_number, first_row
 from warpmuscle.core.pose import rotate
@@ -110,4 +111,4 @@ def main(file: Annotated[Path, typer.Argument()]) -> None:
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -20,6 +20,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Scene, Terrain
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.terrain.tiles import Flat, Profile, Rough, Stairs
@@ -213,4 +214,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -18,6 +18,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Command, Scene, Terrain
 from warpmuscle.scene.number import Free
 from warpmuscle.scene.sizes.batch_scene import batch_scene
@@ -171,4 +172,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

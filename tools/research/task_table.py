@@ -17,6 +17,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.status import Status
 from warpmuscle.learning.player import Player, lasting, learned_in, task_of, undisturbed
 from warpmuscle.simulation.perturbations import none
@@ -62,4 +63,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -15,6 +15,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.scene import Scene, Terrain
 from warpmuscle.scene.parameters import at_start
 from warpmuscle.scene.terrain.tiles import AnyTile, Gaps, Rough, Slope, Stairs, Stones, Waves
@@ -82,4 +83,4 @@ def main(scenes: Annotated[list[str] | None, typer.Argument(help="Names or files
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -16,6 +16,7 @@ import numpy as np
 import typer
 from scipy.signal import butter, filtfilt
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import load
@@ -118,4 +119,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

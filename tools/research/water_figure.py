@@ -17,6 +17,7 @@ import numpy as np
 import typer
 
 import warpmuscle as wm
+from warpmuscle.cli.ending import run_script
 from warpmuscle.optimization.optimize import optimize
 from warpmuscle.scene import Scene
 from warpmuscle.scene.initial_pose import plain_number
@@ -149,4 +150,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -17,6 +17,7 @@ from typing import Annotated, Any
 import typer
 from msgspec.structs import replace
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.errors import Error
 from warpmuscle.formats import scene_of
 from warpmuscle.kernels.learning.rewards import COMPLETED, COUNT, DECISIONS, FORWARD
@@ -66,4 +67,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -13,6 +13,8 @@ import threading
 from collections.abc import Callable
 from typing import Any, NoReturn
 
+import typer
+
 from warpmuscle.cli.console import log, marked
 from warpmuscle.cli.resource_errors import shortage, unwritable_output
 from warpmuscle.cli.streams import output_refused, steady_streams
@@ -90,6 +92,17 @@ def run_to_end(work: Callable[[], Any]) -> NoReturn:
             _refuse(unwritable_output(refused))
         code = code or READER_GONE
     _end(code)
+
+
+def run_script(command: Callable[..., Any]) -> NoReturn:
+    """Run a script's function on what the command line says, and end as the program ends.
+
+    Args:
+        command: whose parameters are the arguments and options, as Typer reads them; returns the exit code or nothing.
+    """
+    app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
+    app.command()(command)
+    run_to_end(lambda: app(standalone_mode=False))
 
 
 def end_process(ended: SystemExit) -> NoReturn:

@@ -31,6 +31,8 @@ from warpmuscle.scene.parameters import free_parameters
 matplotlib.use("agg")
 import matplotlib.pyplot as plt
 
+from warpmuscle.cli.ending import run_script
+
 COLORS = ("#0072B2", "#D55E00", "#009E73", "#CC79A7", "#E69F00", "#56B4E9", "#404040")  # Okabe and Ito
 STYLE: dict[str, Any] = {
     "font.size": 9.0,
@@ -101,4 +103,4 @@ def main(experiment: Callable[[Path], None]) -> None:
             experiment(folder)
 
     command.__doc__ = experiment.__doc__
-    typer.run(command)
+    run_script(command)

@@ -21,6 +21,7 @@ import warp as wp
 from common import COLORS, STYLE, plt
 from scipy.ndimage import gaussian_filter1d
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.formats import load
 from warpmuscle.kernels.curve import curves
@@ -173,4 +174,4 @@ def main(
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)

@@ -26,6 +26,7 @@ import numpy as np
 import typer
 import warp as wp
 
+from warpmuscle.cli.ending import run_script
 from warpmuscle.core.array_types import Floats
 from warpmuscle.core.errors import Error
 from warpmuscle.gait.cycles import PERCENT, leg_angles, over_strides
@@ -252,21 +253,17 @@ def main(
 ) -> None:
     """Draw the figure of a sweep of weaknesses, and print its table."""
     wp.config.log_level = wp.LOG_WARNING
-    try:
-        groups = runs_of(file)
-        first = next(iter(groups.values()))[0].subject
-        counted = accounting(first.scene, first.recording.muscle_names)
-        with style():
-            figure = figure_of(groups, f"{first.scene.name}: gaits of weakened muscles", counted)
-        folder.mkdir(parents=True, exist_ok=True)
-        save(figure, folder / "weakness.png")
-    except Error as error:
-        typer.echo(f"error: {error}", err=True)
-        raise typer.Exit(2) from None
+    groups = runs_of(file)
+    first = next(iter(groups.values()))[0].subject
+    counted = accounting(first.scene, first.recording.muscle_names)
+    with style():
+        figure = figure_of(groups, f"{first.scene.name}: gaits of weakened muscles", counted)
+    folder.mkdir(parents=True, exist_ok=True)
+    save(figure, folder / "weakness.png")
     typer.echo("\n".join(table(groups)))
     typer.echo(f"\nCost of transport of the normal gait: {counted}; weaker muscles are lighter.")
     typer.echo(f"\nwrote {folder / 'weakness.png'}")
 
 
 if __name__ == "__main__":
-    typer.run(main)
+    run_script(main)
