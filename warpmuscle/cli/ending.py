@@ -13,8 +13,6 @@ import threading
 from collections.abc import Callable
 from typing import Any, NoReturn
 
-import typer
-
 from warpmuscle.cli.console import log, marked
 from warpmuscle.cli.resource_errors import shortage, unwritable_output
 from warpmuscle.cli.streams import output_refused, steady_streams
@@ -100,6 +98,8 @@ def run_script(command: Callable[..., Any]) -> NoReturn:
     Args:
         command: whose parameters are the arguments and options, as Typer reads them; returns the exit code or nothing.
     """
+    import typer  # what answers at once waits for no command line
+
     app = typer.Typer(add_completion=False, pretty_exceptions_enable=False)
     app.command()(command)
     run_to_end(lambda: app(standalone_mode=False))
