@@ -287,7 +287,7 @@ def test_pushes_of_a_task_begin_in_their_phase_and_half_of_them_mirrored_if_it_i
     scene.learning = Task(variation=variation, imitation=Imitation(), symmetric=symmetric, episode_time=9.0)
     batch = EpisodeBatch(scene, 4, "cpu", scene.learning, seed=3, threads=1)
     found = set()
-    for _ in range(250):
+    for _ in range(100):
         waiting = batch.episodes.next_push.numpy().copy()
         batch.step(restart=False)
         for i in np.flatnonzero(batch.episodes.next_push.numpy() != waiting):
